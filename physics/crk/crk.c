@@ -18,10 +18,10 @@
  * which is 1/2 + d t / 2 where pressures are alike. Where they jump that would let a node of next to no
  * pressure give (1 - |t|) / 2 of the work of a large one, in 2-D and 3-D, and have a negative energy.
  * This work is not that of the volumes V. Where the spacing of the nodes changes fast, and linear functions
- * are no guide, the difference is large. So (5) counts as the part s of a force, and
+ * are no guide, the difference is large. So (5) has the weight s in the force, and
  *     f_ij = - P_i V_i^2 / Omega_i grad W(H_i) - P_j V_j^2 / Omega_j grad W(H_j) - V_i V_j Q_ij grad W    (8)
- * as the rest, with the heat P_i V_i^2 / Omega_i v_ij . grad W(H_i) for i, which is that of its volume, and
- * half of the heat of Q:
+ * has the weight 1 - s, with the heat P_i V_i^2 / Omega_i v_ij . grad W(H_i) for i, the work on its volume,
+ * and half of the heat of Q:
  *     s = min(s_i, s_j), s_i = 1 / (1 + (change_i / 0.4)^4),
  *     change_i: of the spacing, |grad ln H|, from node to node                                        (9)
  * P / rho^gamma stays within 0.97 and 1.05 of its start in the 1-2-3 problem; with s = 1 it is 0.58 to 1.32.
@@ -57,12 +57,12 @@ struct crk {
 
 /* --- the pair function --- */
 
-/* V_j W(r, H_j) = this times w(r / H_j): the volume cancels that of the kernel. */
+/* Returns V_j W(r, H_j) / w(r / H_j): the volume cancels that of the kernel. */
 static double volume_factor(const struct kith_package *package) {
   return kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors;
 }
 
-static const double steep = 0.4; /* the change of (9) at which half of a force is (8) */
+static const double steep = 0.4; /* change_i of (9) at which half of a force is (8) */
 
 /* What all pairs share. */
 struct crk_constants {
@@ -70,7 +70,7 @@ struct crk_constants {
   double volume; /* volume_factor */
 };
 
-/* (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q, next to 0 in tension. */
+/* Computes the heats by (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q, close to 0 in tension. */
 KITH_INLINE void heat(const double *restrict i, const double *restrict j, double q, double *restrict out) {
   double work = 0, force2 = 0, speed2 = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -87,7 +87,7 @@ KITH_INLINE void heat(const double *restrict i, const double *restrict j, double
   OUT(KITH_PARTNER_HEAT) = (1 - share) * work;
 }
 
-/* One pair: (4) - (9). */
+/* Evaluates a pair: (4) - (9). */
 KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const double *restrict i,
                           const double *restrict j, double *restrict out) {
   const struct crk_constants *c = constants;
@@ -95,7 +95,7 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
   double wi, gi, wj, gj;
   kith_kernel_value(kernel, p.qi, &wi, &gi);
   kith_kernel_value(kernel, p.qj, &wj, &gj);
-  /* V_i V_j W = volume w / 2, and so for its gradient, volume g x / 2. */
+  /* V_i V_j W = volume w / 2, and its gradient is volume g x / 2. */
   const double w = i[CRK_VOLUME] * wj + J(CRK_VOLUME) * wi;
   const double g = i[CRK_VOLUME] * gj * J(KITH_PACKED_INVERSE) * J(KITH_PACKED_INVERSE) +
                    J(CRK_VOLUME) * gi * i[KITH_PACKED_INVERSE] * i[KITH_PACKED_INVERSE];

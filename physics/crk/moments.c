@@ -1,4 +1,4 @@
-/* The moments of corrected kernels, and what follows from them. */
+/* Moments of the neighbors, and the coefficients of corrected kernels that follow from them. */
 #include "physics/crk/moments.h"
 
 #include "lib/core/lanes.h"
@@ -90,7 +90,7 @@ KITH_INLINE void sum_row(size_t padded, const struct kith_scratch *s, double *su
   for (int k = 0; k < SUMS; ++k) sum[k] = kith_lanes_total(&total[k]);
 }
 
-/* Where (a, b, c), in any order, stands in the third moment. */
+/* Returns where (a, b, c), in any order, stands in the third moment. */
 KITH_INLINE int triple_of(int a, int b, int c) {
   const int low = KITH_MIN(KITH_MIN(a, b), c), high = KITH_MAX(KITH_MAX(a, b), c),
             middle = a + b + c - low - high;
@@ -99,19 +99,19 @@ KITH_INLINE int triple_of(int a, int b, int c) {
   return before + m * rest - m * (m - 1) / 2 + high - middle;
 }
 
-/* det m2 over that of an isotropic matrix of its trace: 1, and less the flatter the neighbors lie. */
+/* Returns e of (5): 1 if neighbors are isotropic, less the flatter they lie. */
 static double evenness(const double *m2) {
   return kith_symmetric_determinant(m2) / kith_pow_dim(kith_symmetric_trace(m2) / NDIM);
 }
 
-/* p of (5). */
+/* Returns p of (5). */
 static double trusted_part(const double *m2) {
-  static const double flat = 0.01, even = 0.1; /* none, all */
+  static const double flat = 0.01, even = 0.1; /* e at which p is 0, 1 */
   const double u = KITH_MIN(KITH_MAX((evenness(m2) - flat) / (even - flat), 0), 1);
   return u * u * (3 - 2 * u);
 }
 
-/* (2), (3) from the sums. */
+/* Computes the coefficients by (2), (3) from the sums; false if m2 has no inverse. */
 static bool correct(const double *s, double *A, double *C, double *dA, double *dC) {
   double inverse[SYMMETRIC], B[NDIM], dB[NDIM][NDIM];
   const bool regular = kith_invert_symmetric(s + M2, 1e-6, inverse);
@@ -147,8 +147,8 @@ static bool correct(const double *s, double *A, double *C, double *dA, double *d
   return regular;
 }
 
-/* The change of the spacing, from sum g x (H_i - H_j) / (H_i + H_j) = - (1 / 2) grad ln H sum g r^2 / d of
- * even neighbors, where Omega is C V / H^d sum g r^2. */
+/* Returns the change of the spacing from node to node, from sum g x (H_i - H_j) / (H_i + H_j) = - (1 / 2)
+ * grad ln H sum g r^2 / d of even neighbors, where Omega is C V / H^d sum g r^2. */
 static double change_of_spacing(const struct moments_pass *pass, kith_index i, const double *sum) {
   const double even = kith_ball() / pass->package->neighbors, spacings = kith_root_dim(1 / even);
   double sum2 = 0;

@@ -10,8 +10,8 @@
  *     dB = -m2^-1 (dm1 + dm2 B), dA = -A^2 (dm0 + 2 dm1 . B + B . dm2 B), dC = dA B + A dB            (3)
  *     grad W^R_ij = (dA + C + dC . x) W + (A + C . x) grad W                                          (4)
  * Where neighbors lie in a line or a plane but for some that enter the support, m2^-1, and with it dC, grows
- * beyond all bounds, and displacements across it with it: gas that leaves a wall got negative energies,
- * whatever the time step. So m2^-1 counts as the part
+ * beyond all bounds, and so do displacements across it: gas that leaves a wall got negative energies,
+ * whatever the time step. So m2^-1 is multiplied by
  *     p = u^2 (3 - 2 u), u = (e - 0.01) / 0.09 between 0 and 1, e = det m2 / (tr m2 / d)^d            (5)
  * which is 1 for all but such nodes: a lattice pressed together 4 : 1 has e = 0.3 in 2-D.
  * A node whose m2 has no inverse keeps A = 1 / m0, C = 0, and is counted as a fallback. */
@@ -28,14 +28,14 @@ struct crk_moments {
   struct kith_field *change; /* of the spacing from node to node, |grad ln H| */
 };
 
-/* Registers the fields that are filled. */
+/* Registers the fields that crk_moments_evaluate fills. */
 kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes);
 
 /* Fills them from positions, supports and densities of all nodes and ghosts. Collective. */
 kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
                                  const struct kith_connectivity *connectivity);
 
-/* Fields of a packed particle, from the position that its package gives them on. */
+/* Fields of a packed particle, which begin where its package puts them. */
 enum {
   CRK_A,
   CRK_C,
@@ -56,14 +56,14 @@ static inline void crk_moments_pack(const struct crk_moments *moments, kith_inde
   packed[CRK_A] = moments->a->f64[i] == 0 ? 1 : moments->a->f64[i];
 }
 
-/* g . x of a vector g, its entries `stride` apart. */
+/* Returns g . x; entries of g are `stride` apart. */
 KITH_INLINE double crk_dot(const double *restrict g, int stride, const struct kith_viscous_pair *p) {
   return NDIM == 1   ? g[0] * p->x
          : NDIM == 2 ? g[0] * p->x + g[stride] * p->y
                      : g[0] * p->x + g[stride] * p->y + g[2 * stride] * p->z;
 }
 
-/* d = grad W^R_ij - grad W^R_ji from (4) for W = w, grad W = g x; i and j: the coefficients. */
+/* Computes d = grad W^R_ij - grad W^R_ji by (4), for W = w, grad W = g x; i and j: the coefficients. */
 KITH_INLINE void crk_gradient(const struct kith_viscous_pair *p, double w, double g, const double *restrict i,
                               const double *restrict j, double *restrict d) {
   const double x[3] = {p->x, p->y, p->z};

@@ -70,7 +70,7 @@ struct magma2_constants {
   double dissipation;
 };
 
-/* One pair: (1) - (5). */
+/* Evaluates a pair: (1) - (5). */
 KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, const double *restrict i,
                              const double *restrict j, double *restrict out) {
   const struct magma2_constants *c = constants;
@@ -111,7 +111,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[MAGMA2_SWITCH] = m->factor != NULL ? m->factor->f64[i] : 1;
   const double h = hydro->nodes->support->f64[i], volume = kith_ball() * kith_pow_dim(h) / package->neighbors;
   const double *matrix = m->matrix->f64 + (size_t)i * KITH_SYMMETRIC_SIZE;
-  const bool frozen = matrix[0] == 0; /* it has no matrix: that of even neighbors */
+  const bool frozen = matrix[0] == 0; /* no matrix: that of even neighbors is taken */
   const double even = kith_kernel_constant(package->kernel) * volume / (kith_pow_dim(h) * h * h);
   for (int a = 0; a < NDIM; ++a)
     for (int b = a; b < NDIM; ++b) {

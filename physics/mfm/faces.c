@@ -43,7 +43,7 @@ bool mfm_invert(const double *m, double *inverse) {
 static const struct kith_pairwise_spec face_area = {"face_area", NDIM, false,
                                                     "vector area, from one end to the other"};
 
-/* The graph of the faces, and their areas. */
+/* Makes the graph of integrated faces, and computes their areas. */
 static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   f->graph.rows = connectivity->overlap;
   f->graph.rows.n = f->nodes->n_internal;

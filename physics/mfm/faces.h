@@ -71,8 +71,8 @@ struct mfm_faces {
   struct kith_connectivity graph;
   struct kith_pairwise *area; /* of these pairs, from the first end to the second */
 
-  /* integrated: for each node k, itself and then the nodes whose support holds it, ascending; of each P_jk
-   * and its gradient */
+  /* integrated: the holders of each node k, that is itself and then the nodes whose support holds it,
+   * ascending; for each of them P_jk and its gradient */
   struct kith_rows holders;
   double *value; /* [entries of holders][KITH_LANES] */
   size_t value_capacity;
@@ -84,27 +84,28 @@ void mfm_faces_clear(struct mfm_faces *faces);
 struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
 size_t mfm_faces_bytes(const struct mfm_faces *faces);
 
-/* All integrated faces. Supports of ghosts are refreshed; the fields that belong to the faces are refreshed
- * here. Collective: all ranks agree on the status. */
+/* Computes all integrated faces. Ghosts must have their supports; the fields of the faces are refreshed here.
+ * Collective: all ranks agree on the status. */
 kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
-/* Inverse of the sum M, close to singular if the worst direction has about 1/60 of the others. */
+/* Inverts the sum M; false if it is close to singular: the worst direction has about 1/60 of the others. */
 bool mfm_invert(const double *m, double *inverse);
 
-/* w of one-point faces and of the sum M, from the value of the kernel and g = W' / q. */
+/* Returns w of one-point faces and of the sum M, from the value of the kernel and g = W' / q. */
 KITH_INLINE double mfm_weight(double w, double g) {
   return NDIM == 1 ? w : -g;
 }
 
-/* -V^2 C / H^(d + 2) of a node that has no matrix, whose part of a face is that of SPH without g; else 0. */
+/* Returns -V^2 C / H^(d + 2) for a node without a matrix, which contributes to a face as in SPH (times g);
+ * else 0. */
 static inline double mfm_central(const struct mfm_faces *f, kith_index i) {
   const double h = f->nodes->support->f64[i], volume_h = kith_ball() / f->neighbors; /* V / H^d */
   if (f->matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE] > 0) return 0;
   return -kith_kernel_constant(f->kernel) * volume_h * volume_h * kith_pow_dim(h) / (h * h);
 }
 
-/* The part of one end in the one-point face from i to j, d = x_j - x_i, r = |d|. The components of its matrix
- * are `stride` apart. */
+/* Computes the part of one end in the one-point face from i to j, d = x_j - x_i, r = |d|. The components of
+ * its matrix are `stride` apart. */
 KITH_INLINE void mfm_one_point_part(enum kith_kernel kernel, double r, const double *restrict d,
                                     double inverse_support, double central, const double *restrict matrix,
                                     int stride, double *restrict part) {
@@ -114,7 +115,7 @@ KITH_INLINE void mfm_one_point_part(enum kith_kernel kernel, double r, const dou
   for (int a = 0; a < NDIM; ++a) part[a] += central * g * d[a];
 }
 
-/* Areas of the pairs of the graph (integrated.c). Collective. */
+/* Computes the areas of the pairs of the graph (integrated.c). Collective. */
 kith_status mfm_faces_integrate(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
 #endif

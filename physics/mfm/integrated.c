@@ -15,12 +15,12 @@ struct pass {
   const struct kith_connectivity *connectivity;
 };
 
-/* C / H^d. */
+/* Returns C / H^d. */
 static inline double height(const struct mfm_faces *f, double support) {
   return kith_kernel_constant(f->kernel) / kith_pow_dim(support);
 }
 
-/* x_k - x_j, j as the row of k has it at e; returns its square. */
+/* Sets d = x_k - x_j for the image of j at entry e of row k; returns its square. */
 static inline double separation(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k,
                                 size_t e, double *d) {
   const double *x = f->nodes->position->f64, *by = NULL;
@@ -43,7 +43,7 @@ static inline bool is_quadrature_node(const struct mfm_faces *f, const struct ki
   return k < f->nodes->n_internal;
 }
 
-/* s(x_k), as sqrt(V) / s, and the number of holders, k among them. */
+/* Computes sqrt(V) / s at x_k, and counts the holders of k, k among them. */
 KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pass, kith_index begin,
                                  kith_index end, struct kith_scratch *s) {
   (void)s;
@@ -68,7 +68,7 @@ KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pas
   }
 }
 
-/* The holders of k and their values. */
+/* Lists the holders of k and their values. */
 KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass, kith_index begin,
                                kith_index end, struct kith_scratch *s) {
   (void)s;
@@ -97,8 +97,8 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
   }
 }
 
-/* The position of i among the holders of k, or of the first above it; they ascend except the first, which is
- * k. In canonical order they do not: the position of i, or the end. */
+/* Returns the position of i among the holders of k, or of the first above it; they ascend except the first,
+ * which is k. In canonical order they do not ascend: returns the position of i, or the end. */
 KITH_INLINE size_t holder_position(const struct mfm_faces *f, bool canonical, kith_index k, kith_index i) {
   size_t from = f->holders.first[k] + 1;
   const size_t to = f->holders.first[k + 1];
@@ -107,8 +107,8 @@ KITH_INLINE size_t holder_position(const struct mfm_faces *f, bool canonical, ki
   return from;
 }
 
-/* What k adds to the faces of i with the nodes above it; in canonical order, in which i may be a ghost, with
- * all nodes. */
+/* Adds what k contributes to the faces of i with the nodes above it; in canonical order, in which i may be a
+ * ghost, with all nodes. */
 KITH_INLINE void add_node(const struct mfm_faces *f, bool canonical, kith_index i, kith_index k,
                           kith_lanes *restrict sum) {
   const size_t self = f->holders.first[k], end = f->holders.first[k + 1];
@@ -122,15 +122,16 @@ KITH_INLINE void add_node(const struct mfm_faces *f, bool canonical, kith_index 
     sum[f->holders.node[e]] += mine[0] * value[e] - value[e][0] * mine;
 }
 
-/* Clears what k has added to. The overlap row of i would not do: where pairs are excluded it lacks some. */
+/* Clears the sums that k has added to. Clearing the overlap row of i would not do: where pairs are excluded
+ * it lacks some. */
 KITH_INLINE void clear_node(const struct mfm_faces *f, kith_index k, kith_lanes *restrict sum) {
   sum[k] = (kith_lanes){0};
   for (size_t e = f->holders.first[k]; e < f->holders.first[k + 1]; ++e)
     sum[f->holders.node[e]] = (kith_lanes){0};
 }
 
-/* Faces of the pairs that start at i. In canonical order all quadrature nodes of both supports are on this
- * rank and in order, whether i is internal or a ghost. */
+/* Computes the faces of pairs that start at i. In canonical order all quadrature nodes of both supports are
+ * on this rank and in order, whether i is internal or a ghost. */
 KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_index begin, kith_index end,
                                struct kith_scratch *s) {
   const struct mfm_faces *f = pass->faces;
@@ -149,7 +150,7 @@ KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_ind
   }
 }
 
-/* --- the same with images that are no ghosts: each has a sum of its own --- */
+/* --- faces where images are shifts, not ghosts: each has a sum of its own --- */
 
 /* The sums of the overlap row of i, by (node, shift). */
 struct image_sums {
@@ -162,7 +163,8 @@ static uint64_t image_key(kith_index node, int shift) {
   return (uint64_t)node << 16 | (uint64_t)shift;
 }
 
-/* Where the sum of (node, shift) is; n if it has none: rounding may leave out who is as far as a support. */
+/* Returns where the sum of (node, shift) is; n if it has none: rounding may leave out a node at the edge of
+ * the support. */
 static size_t image_position(const struct image_sums *sums, kith_index node, int shift) {
   const uint64_t key = image_key(node, shift);
   size_t low = 0, high = sums->n;
@@ -176,7 +178,7 @@ static size_t image_position(const struct image_sums *sums, kith_index node, int
   return low < sums->n && sums->key[low] == key ? low : sums->n;
 }
 
-/* What the image `by` of k adds to the faces of i. */
+/* Adds what the image `by` of k contributes to the faces of i. */
 static void add_image(const struct mfm_faces *f, kith_index i, kith_index k, int by,
                       const struct image_sums *sums) {
   const struct kith_rows *holders = &f->holders;
@@ -189,7 +191,7 @@ static void add_image(const struct mfm_faces *f, kith_index i, kith_index k, int
   const kith_lanes mine = value[found];
   for (size_t e = self; e < end; ++e) {
     const size_t at = image_position(sums, holders->node[e], holders->shift[e] + by - zero);
-    if (at < sums->n) sums->sum[at] += mine[0] * value[e] - value[e][0] * mine; /* i itself has none */
+    if (at < sums->n) sums->sum[at] += mine[0] * value[e] - value[e][0] * mine; /* i itself has no sum */
   }
 }
 
@@ -220,8 +222,7 @@ static void image_product(void *context, kith_index begin, kith_index end, struc
 
 /* --- stretching --- */
 
-/* What the faces of i are to be stretched by, less 1, so that the trace of sum A (x_j - x_i) is that of 2
- * V. */
+/* Sets the stretch of the faces of i, less 1, by which the trace of sum A (x_j - x_i) is that of 2 V. */
 static void stretch_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct pass *pass = context;
   const struct mfm_faces *f = pass->faces;
@@ -263,7 +264,7 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
     product_chunk(pass, false, begin, end, s);
 }
 
-/* Is it a frozen node, or an image of one? */
+/* Is the ghost a frozen node, or an image of one? */
 static bool is_of_frozen(const struct kith_nodes *nodes, kith_index ghost) {
   while (ghost >= nodes->n_internal) { /* an image may be one of an image */
     const struct kith_ghost_block *block = kith_nodes_ghost_block(nodes, ghost);
@@ -273,8 +274,9 @@ static bool is_of_frozen(const struct kith_nodes *nodes, kith_index ghost) {
   return false;
 }
 
-/* The quadrature of ghosts. Every rank has all frozen nodes, but not the rows of all: what matters of them
- * and their images is made here, as the control of an image may be far from the gas of this rank. */
+/* Refreshes the quadrature of ghosts. Every rank has all frozen nodes, but not the rows of all: what matters
+ * of them and their images is computed here, as the control of an image may be far from the gas of this
+ * rank. */
 static void refresh_quadrature(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
@@ -282,7 +284,7 @@ static void refresh_quadrature(struct pass *pass) {
     if (is_of_frozen(f->nodes, k)) partition_chunk_of[f->kernel](pass, k, k + 1, NULL);
 }
 
-/* The lists of holders. */
+/* Makes the lists of holders. */
 static kith_status find_holders(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   const kith_index n = pass->connectivity->rows.n;

@@ -7,13 +7,13 @@
  *     m_i dv_i/dt = - sum_j P*_ij A_ij                                                    (1)
  *     m_i du_i/dt = - sum_j P*_ij A_ij . (v*_ij - v_i),  v* = (v_i + v_j) / 2 + S* A_ij / |A_ij|    (2)
  * S* is relative to the mean velocity, so results are Galilean invariant. The heat that a face takes from a
- * node is limited by the pressure of the node: of h_i < 0 at P* > 4 P_i, its partner gives
+ * node is limited by the pressure of the node: if h_i < 0 and P* > 4 P_i, its partner gives
  *     (1 - 4 P_i / P*) |h_i|                                                              (3)
  * without which the energy of a cold node beside a hot one, accelerated beyond the speed of the face, would
  * become negative. It is 0 where pressures are within a factor 4.
  *
  * Pressure and velocity at the middle of a pair are reconstructed from linear-exact gradients of P and of
- * the velocity along the face. Of each with the difference D = q_j - q_i and the slope a = grad q_i . (x_j -
+ * the velocity along the face. With the difference D = q_j - q_i of each and the slope a = grad q_i . (x_j -
  * x_i),
  *     q_i' = q_i + L(a, D) / 2,  L = a within -D and 1.5 D                                 (4)
  * the limiter of pairs of Hopkins 2015, psi_1 = 1/2, psi_2 = 1/4, without that of nodes, which he has before
@@ -61,7 +61,7 @@ struct gradients_pass {
 /* Lanes of scratch: x_j - x_i, the weights w, and w dP. */
 enum { SEPARATION = 0, WEIGHT = NDIM, OF_PRESSURE, LANES };
 
-/* sum w dx dx, sum w dP dx over the row of i. A barrier has the state of i. */
+/* Sums w dx dx and w dP dx over the row of i. A barrier has the state of i. */
 KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
                          struct kith_scratch *s, double *moment_sum, double *pressure_sum) {
   const struct kith_hydro *hydro = pass->package->hydro;
@@ -119,8 +119,8 @@ KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients
 
 KITH_KERNEL_CHUNKS(gradients_chunk)
 
-/* Gradients of the pressure, and the matrices of one-point faces, of internal nodes. Ghosts have the
- * pressure. */
+/* Computes gradients of the pressure, and the matrices of one-point faces, of internal nodes. Ghosts must
+ * have the pressure. */
 static kith_status gradients(struct kith_package *package, const struct kith_connectivity *connectivity) {
   struct gradients_pass pass = {package, connectivity};
   const int matrix = ((const struct mfm *)package->self)->faces.matrix != NULL ? KITH_SYMMETRIC_SIZE : 0;
@@ -137,7 +137,7 @@ static kith_status gradients(struct kith_package *package, const struct kith_con
 
 /* --- the pair function --- */
 
-/* What a pair reads of a node; behind it an integrated face, or what one-point faces need. */
+/* The fields of a packed particle, followed by an integrated face, or by what one-point faces need. */
 enum {
   MFM_DENSITY = KITH_PACKED_OWN,
   MFM_PRESSURE,
@@ -155,19 +155,19 @@ enum {
   MFM_AREA = (MFM_PACKED + KITH_LANES - 1) / KITH_LANES * KITH_LANES
 };
 
-/* L of (4). */
+/* Returns L of (4). */
 KITH_INLINE double limited(double slope, double difference) {
   const double most = fabs(difference), sign = difference > 0 ? 1 : -1;
   return sign * KITH_MAX(KITH_MIN(sign * slope, 1.5 * most), -most);
 }
 
-/* rho c^2 / gamma, of ideal gas its pressure, of stiffened gas that above -P0. */
+/* Returns rho c^2 / gamma: the pressure of an ideal gas, the pressure above -P0 of a stiffened gas. */
 KITH_INLINE double above_vacuum(double density, double sound, double inverse_gamma) {
   return density * sound * sound * inverse_gamma;
 }
 
-/* `node`, whose velocity is that along the face, at the middle of the pair, from the slopes and differences
- * towards the other end. */
+/* Returns `node`, whose velocity is that along the face, reconstructed at the middle of the pair from the
+ * slopes and differences towards the other end. */
 KITH_INLINE struct mfm_side reconstruct(struct mfm_side node, double above, double inverse_density,
                                         const double *slope, const double *difference) {
   const double more = 0.5 * KITH_MAX(limited(slope[0], difference[0]), -above);
@@ -177,14 +177,14 @@ KITH_INLINE struct mfm_side reconstruct(struct mfm_side node, double above, doub
   return node;
 }
 
-/* (3): what the end that loses `heat` gets back. In a stiffened gas pressures are relative to -P0, where the
- * sound speed is 0. */
+/* Returns (3), which the end that loses `heat` gets back. In a stiffened gas pressures are relative to -P0,
+ * where the sound speed is 0. */
 KITH_INLINE double spared(double pressure, double own, double face, double heat) {
   const double total = face + own - pressure;
   return total > 4 * own ? KITH_MAX(-heat, 0.0) * (1 - 4 * own / total) : 0;
 }
 
-/* The pair with this vector area of its face. */
+/* Evaluates the pair with this vector area of its face. */
 KITH_INLINE void flux(const double *face, const double *restrict i, const double *restrict j,
                       double *restrict out) {
   double d[NDIM], n[NDIM], area2 = 0, slope_i[2] = {0}, slope_j[2] = {0}, du = 0;

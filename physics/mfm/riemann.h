@@ -37,8 +37,8 @@ struct mfm_star {
   double pressure, velocity;
 };
 
-/* Mass flux q through the wave that changes the velocity of `s` by w. c: the sound speed, not 0; x: of the
- * rarefaction, at least 1e-5; inverse_cx: 1 / (c x). */
+/* Returns the mass flux q through the wave that changes the velocity of `s` by w. c: the sound speed, not 0;
+ * x: of the rarefaction, at least 1e-5; inverse_cx: 1 / (c x). */
 KITH_INLINE double mfm_mass_flux(struct mfm_side s, double w, double c, double x, double inverse_cx) {
   const double a = 0.25 * (s.gamma + 1) * w, shock = a + sqrt(c * c + a * a);
   const double y = KITH_MAX(1 - 0.125 * x, 0.0), y2 = y * y, y4 = y2 * y2;
@@ -54,7 +54,7 @@ KITH_INLINE struct mfm_star mfm_contact(struct mfm_side l, struct mfm_side r, do
                            0.5 * (l.velocity + r.velocity) + (dq * du + dp) * per_sum};
 }
 
-/* The pressure at zero density: 0, of a stiffened gas -P0. */
+/* Returns the pressure at zero density: 0, of a stiffened gas -P0. */
 KITH_INLINE double mfm_vacuum(struct mfm_side s) {
   return s.pressure - s.density * s.sound * s.sound * s.inverse_gamma;
 }

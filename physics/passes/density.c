@@ -7,7 +7,8 @@
 /* Lanes of scratch: separations x_j - x_i, distances, weights. */
 enum { SEPARATION = 0, DISTANCE = NDIM, WEIGHT, LANES };
 
-/* Of the last but one ln H, where Omega is taken; its noise is below a sound wave of amplitude 1e-6. */
+/* Newton's step of ln H below which the iteration ends. Omega is taken before that step; its noise is below a
+ * sound wave of amplitude 1e-6. */
 static const double tolerance = 1e-7;
 static const int max_iterations = 60;
 
@@ -17,12 +18,12 @@ struct density_pass {
   const struct kith_connectivity *connectivity;
   struct kith_density_wanted wanted;
   double constant;        /* of the kernel */
-  double volume;          /* of a support in those of a sphere with radius H */
-  bool equal_masses;      /* of all nodes, or taken as such */
+  double volume;          /* volume of a support over that of a sphere with radius H */
+  bool equal_masses;      /* all masses are equal, or count as such */
   const uint8_t *barrier; /* NULL: there is none */
 };
 
-/* Squares of distances in the metric of the supports. */
+/* Computes squares of distances in the metric of the supports. */
 static void squares_in_metric(const struct kith_nodes *nodes, size_t n, struct kith_scratch *s) {
   double *restrict r2 = kith_scratch_lane(s, DISTANCE);
   for (size_t k = 0; k < n; ++k) {
@@ -34,8 +35,8 @@ static void squares_in_metric(const struct kith_nodes *nodes, size_t n, struct k
   }
 }
 
-/* Separations and distances of the row of i; padding stands far outside of any support. Functions that do not
- * depend on the kernel are not inlined: they would be compiled once per kernel. */
+/* Loads separations and distances of the row of i; padding stands far outside of any support. Functions that
+ * do not depend on the kernel are not inlined: they would be compiled once per kernel. */
 KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i,
                                 struct kith_scratch *s) {
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
@@ -48,8 +49,8 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
   return padded;
 }
 
-/* What barriers add to the sums of a node with support h, beyond their own terms: a barrier of volume V
- * counts as V / V_i nodes like i, and V_i grows with h. masses: weights of the nodes; NULL: 1. */
+/* Adds what barriers contribute to the sums of a node with support h, beyond their own terms: a barrier of
+ * volume V counts as V / V_i nodes like i, and V_i grows with h. masses: weights of the nodes; NULL: 1. */
 KITH_INLINE void wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
                            const double *restrict masses, const struct kith_scratch *s, double *sum_w,
                            double *sum_q2g) {
@@ -69,7 +70,7 @@ KITH_INLINE void wall_sums(enum kith_kernel kernel, const struct density_pass *p
   }
 }
 
-/* sum w and sum q^2 g over the row and the node itself; weight[k] = -g >= 0, for the gradients. */
+/* Sums w and q^2 g over the row and the node itself; weight[k] = -g >= 0, for the gradients. */
 KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, const double *restrict r,
                              double *restrict weight, double inverse_support, double *sum_w,
                              double *sum_q2g) {
@@ -89,8 +90,8 @@ KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, con
 }
 
 /* Solves (1) for H in (0, search radius], from the guess *support. C sum w(r / H) grows with H, so the root
- * is unique. false: it lies beyond the search radius, and *support is what to try with new connectivity; or
- * there is none, and *support is NaN. */
+ * is unique. Returns false if it lies beyond the search radius (*support is then what to try with new
+ * connectivity), or if there is none (*support is NaN). */
 KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
                                size_t n, double search_radius, double *support, double *sum_w,
                                double *sum_q2g, struct kith_scratch *s) {
@@ -100,8 +101,8 @@ KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pas
     kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE),
                 kith_scratch_lane(s, WEIGHT), 1 / h, sum_w, sum_q2g);
     wall_sums(kernel, pass, i, h, NULL, s, sum_w, sum_q2g);
-    const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton, of ln H */
-    if (fabs(step) < tolerance) { /* the step is made: its error is its square, and so is that of the sum */
+    const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton's step of ln H */
+    if (fabs(step) < tolerance) { /* after this step the error of H and of the sum is of order step^2 */
       *support = KITH_MIN(h * (1 + step), search_radius);
       *sum_w = wanted;
       return true;
@@ -124,7 +125,7 @@ KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pas
   return false;
 }
 
-/* sum m w and sum m q^2 g over the row and the node itself. */
+/* Sums m w and m q^2 g over the row and the node itself. */
 KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
                            double inverse_support, struct kith_scratch *s, double *sum_mw, double *sum_mq2g) {
   const struct kith_rows *rows = &pass->connectivity->rows;
@@ -146,8 +147,8 @@ KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct density_pass *p
   wall_sums(kernel, pass, i, 1 / inverse_support, mass, s, sum_mw, sum_mq2g);
 }
 
-/* Differences d of the vectors of four entries from k on: a barrier has the mirror image of
- * the vector of i: the difference is twice the component along x_ij, reversed. */
+/* Replaces differences d for barriers among the four entries from k on: a barrier has the mirror image of the
+ * vector of i, so the difference is twice its component along x_ij, reversed. */
 KITH_INLINE void mirror(const uint8_t *barrier, const kith_index *four, size_t k, const double *vi,
                         const struct kith_scratch *s, kith_lanes *d) {
   for (size_t l = 0; l < KITH_LANES; ++l) {
@@ -160,7 +161,8 @@ KITH_INLINE void mirror(const uint8_t *barrier, const kith_index *four, size_t k
   }
 }
 
-/* The gradient of a vector field, and the matrix if it is not NULL. Padding has no weight. */
+/* Computes the gradient of a vector field at node i, and the matrix of density.h unless that is NULL. Returns
+ * false, with a zero gradient, if moments have no inverse. Padding has no weight. */
 KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct kith_field *field,
                                  kith_index i, const struct kith_scratch *s, double *gradient,
                                  double *matrix) {
@@ -202,7 +204,8 @@ KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct k
   return regular;
 }
 
-/* Density and X of node i from its sums; if all masses are equal, without another loop over the row. */
+/* Sets density, X and Omega of node i from its sums; without another loop over the row if all masses are
+ * equal. */
 KITH_INLINE void set_density(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
                              double support, double sum_w, double sum_q2g, struct kith_scratch *s) {
   const double mass = pass->package->hydro->mass->f64[i], omega = -sum_q2g / (NDIM * sum_w);
@@ -227,7 +230,7 @@ static double curl_of(const double *g) {
 #endif
 }
 
-/* The parts of the velocity gradient that are wanted. */
+/* Computes the velocity gradient of node i, and stores what is wanted of it. */
 KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_density_wanted *wanted = &pass->wanted;
   double gradient[NDIM * NDIM], divergence = 0;
@@ -272,7 +275,7 @@ KITH_INLINE void density_chunk(enum kith_kernel kernel, const struct density_pas
 
 KITH_KERNEL_CHUNKS(density_chunk)
 
-/* A neighbor of node i at the same place, or -1. */
+/* Returns a neighbor of node i at the same place, or -1. */
 static kith_index at_same_place(const struct kith_nodes *nodes, const struct kith_rows *rows, kith_index i) {
   const double *x = nodes->position->f64;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
@@ -282,8 +285,8 @@ static kith_index at_same_place(const struct kith_nodes *nodes, const struct kit
   return -1;
 }
 
-/* Names the first node without a solution: one whose support does not converge, else one whose support has to
- * grow beyond its search radius. */
+/* Fails, naming the first node without a solution: one whose support does not converge, else one whose
+ * support has to grow beyond its search radius. */
 static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_rows *rows) {
   const double *support = nodes->support->f64, *search_radius = nodes->search_radius->f64;
   kith_index first = -1;
@@ -302,8 +305,8 @@ static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_ro
                    isnan(support[first]) ? "does not converge within" : "outgrew", search_radius[first], why);
 }
 
-/* Are the masses of all nodes of all ranks equal, and of what is frozen? All ranks have to sum in the same
- * way. Masses change only where ghosts are made anew. */
+/* Do all nodes of all ranks, and frozen ones, have the same mass? All ranks have to sum in the same way.
+ * Masses change only where ghosts are made anew. */
 static bool equal_masses(struct kith_hydro *hydro) {
   const kith_index n = kith_nodes_count(hydro->nodes);
   const double *m = hydro->mass->f64;
@@ -316,8 +319,8 @@ static bool equal_masses(struct kith_hydro *hydro) {
   return hydro->equal_here && (hydro->nodes->ranks == NULL || hydro->equal_masses);
 }
 
-/* Remote ghosts that internal nodes read, computed as their owners do, from their own rows. Their failures
- * are reported by the owners. */
+/* Recomputes the remote ghosts that internal nodes read, as their owners do, from their own rows. The owners
+ * report failures. */
 static kith_status recompute(const struct density_pass *pass, struct kith_node_sweep sweep) {
   struct kith_package *package = pass->package;
   const struct kith_nodes *nodes = package->hydro->nodes;
@@ -343,7 +346,8 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .volume = nodes->volume,
                               .equal_masses = wanted->own_masses || equal_masses(package->hydro),
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
-  /* Of a node alone: support (read, written), search radius, mass, density, divergence; what is wanted. */
+  /* Values that only the node itself reads or writes: support (both), search radius, mass, density,
+   * divergence; what is wanted. */
   const int scalars = 6 + (wanted->grad_h_term != NULL) + (wanted->omega != NULL) + (wanted->curl != NULL) +
                       (wanted->compression != NULL) +
                       ((wanted->shear != NULL) + (wanted->matrix != NULL)) * KITH_SYMMETRIC_SIZE +

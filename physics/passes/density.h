@@ -15,12 +15,11 @@
 #include "lib/core/symmetric.h"
 #include "physics/passes/sweep.h"
 
-/* What is computed beside support, density and the divergence of the velocity; NULL: not. Fields over the
- * nodes, filled for internal nodes, and if the package recomputes for the remote ghosts that they read, from
- * their own rows. */
+/* What is computed besides support, density and velocity divergence; NULL: it is not. Fields are filled for
+ * internal nodes, and if the package recomputes for the remote ghosts that they read. */
 struct kith_density_wanted {
-  struct kith_field *grad_h_term; /* X; and the density is the sum of masses */
-  bool own_masses;                /* rho = m n all the same, and X as if all masses were that of i */
+  struct kith_field *grad_h_term; /* X; the density is then the sum of masses */
+  bool own_masses;                /* with X, but rho = m n, and X as if all masses were that of i */
   struct kith_field *omega;       /* Omega */
   struct kith_field *shear;       /* symmetric part of G, upper triangle */
   struct kith_field *gradient;    /* G, [a][b] */
@@ -30,13 +29,12 @@ struct kith_density_wanted {
   struct kith_field *compression;
 };
 
-/* Refuses connectivity that is stale, or lacks what the package requires (connectivity.h). Collective: all
- * ranks agree on the status; the failure of another rank is returned by the next sweep
- * (kith_ranks_start_agree), and until then nothing may change that an evaluation does not compute anew.
- * OUTGROWN if a support has to grow beyond its search radius: supports are set to what they need at least.
- * DIVERGED names the first node whose support does not converge.
- *
- * Fallbacks are nodes whose gradient has no inverse: zero. */
+/* Computes supports, densities and what is wanted. Refuses connectivity that is stale, or lacks what the
+ * package requires (connectivity.h). Collective: all ranks agree on the status; the failure of another rank
+ * is returned by the next sweep (kith_ranks_start_agree), and until then nothing may change that an
+ * evaluation does not compute anew. OUTGROWN if a support has to grow beyond its search radius: supports are
+ * set to the least that they need. DIVERGED names the first node whose support does not converge. Nodes whose
+ * moments have no inverse get a zero gradient, and are counted as fallbacks. */
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
                          const struct kith_density_wanted *wanted);
 

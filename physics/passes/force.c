@@ -1,4 +1,4 @@
-/* The force pass except for the pair function: packing, loading, both traversals, tiles, sums, barriers,
+/* The force pass without the pair function: packing, loading, both traversals, tiles, sums, barriers,
  * external forces. */
 #include "physics/passes/force.h"
 
@@ -7,7 +7,7 @@
 
 /* --- loading --- */
 
-/* The packed particle of node or ghost i: whole groups of lanes. */
+/* Returns the packed particle of node or ghost i, padded to whole groups of lanes. */
 KITH_INLINE double *packed_particle(const struct kith_force_pass *pass, kith_index i) {
   return pass->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed);
 }
@@ -42,7 +42,7 @@ void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const k
 
 /* --- partners --- */
 
-/* The values of the edges from i to its partners. */
+/* Loads the values of the edges from i to its partners. */
 KITH_INLINE void load_edges(const struct kith_force_pass *pass, const struct kith_partner_block *b,
                             struct kith_scratch *s) {
   const size_t edges = (size_t)pass->edges;
@@ -57,10 +57,10 @@ KITH_INLINE void load_edges(const struct kith_force_pass *pass, const struct kit
   }
 }
 
-/* A barrier: a wall at rest does no work, so i gets all of -f . v_i, and no heat besides; one of volume V
- * counts as V / V_i nodes like i, unless the pair function accounts for that. */
-KITH_INLINE void walls(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
-                       size_t n, double *restrict out) {
+/* Corrects pairs with barriers: a wall at rest does no work, so i gets all of -f . v_i, and no other heat;
+ * one of volume V counts as V / V_i nodes like i, unless the pair function accounts for that. */
+KITH_INLINE void correct_barriers(const struct kith_force_pass *pass, kith_index i,
+                                  const kith_index *restrict row, size_t n, double *restrict out) {
   const double *restrict support = pass->package->hydro->nodes->support->f64,
                          *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
   for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
@@ -84,8 +84,8 @@ struct sums {
   double outside_opening[NDIM + 1];            /* with block steps: the opening part of that */
 };
 
-/* With block steps: the weights of the n pairs of i with these nodes, (1) of block_steps.h, as parts that
- * close the last interval of a pair and open its next. */
+/* Computes the weights (1) of block_steps.h of the n pairs of i with these nodes, as parts that close the
+ * last interval of a pair and open its next. */
 KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
                              size_t n, kith_lanes *restrict closing, kith_lanes *restrict opening) {
   const struct kith_block_steps *b = pass->kick->blocks;
@@ -110,7 +110,7 @@ KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, c
   }
 }
 
-/* Adds forces and heats of n entries, whole lanes, and with block steps the weighted ones. */
+/* Adds forces and heats of n entries, padded to whole lanes, and with block steps the weighted ones. */
 KITH_INLINE void add_block(const struct kith_force_pass *pass, bool weighs, size_t n,
                            const double *restrict out, const kith_lanes *restrict closing,
                            const kith_lanes *restrict opening, struct sums *sums) {
@@ -130,7 +130,7 @@ KITH_INLINE void add_block(const struct kith_force_pass *pass, bool weighs, size
   }
 }
 
-/* Part of force and heat of each pair passes; signal speeds stay. */
+/* Multiplies forces and heats by the f_couple of their pairs; signal speeds stay. */
 KITH_INLINE void couple(const struct kith_force_pass *pass, const struct kith_partner_block *b,
                         double *restrict out) {
   for (size_t k = 0; pass->f_couple != NULL && k < b->n; ++k) {
@@ -139,8 +139,8 @@ KITH_INLINE void couple(const struct kith_force_pass *pass, const struct kith_pa
   }
 }
 
-/* What partners that are no gas give to i: hydro.h. closing, opening: the weights of the pairs; NULL: 1, and
- * nothing opens. */
+/* Adds what partners that are no gas give to i (hydro.h). closing, opening: the weights of the pairs; NULL:
+ * 1, and nothing opens. */
 KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
                              size_t n, const double *restrict out, const double *restrict closing,
                              const double *restrict opening, struct sums *sums) {
@@ -161,9 +161,9 @@ KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, c
 
 /* --- tiles --- */
 
-/* The nodes of a tile, and what each has been given by pairs with those before it: forces (on the other end)
- * and the heat; in the second group of lanes, if it matters who gives, those by what is no gas, as the nodes
- * behind an inflow or outflow; with block steps in the second and third the weighted ones. */
+/* The nodes of a tile, and what each has been given by pairs with earlier nodes of the tile: forces (on the
+ * other end, so of opposite sign) and the heat. With block steps the weighted ones are in the second and
+ * third group of lanes; else, if nodes have flags, what non-gas nodes give is in the second. */
 struct tile {
   kith_index begin;
   size_t groups;
@@ -174,7 +174,7 @@ static size_t groups_of(const struct kith_force_pass *pass) {
   return pass->ticks != NULL ? 3 : pass->flag != NULL ? 2 : 1;
 }
 
-/* In scratch behind the lanes of the pass. */
+/* Makes a tile, in scratch after the lanes of the pass. */
 static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin, kith_index end,
                            const struct kith_scratch *s) {
   struct tile t = {begin, groups_of(pass), (kith_lanes *)kith_scratch_lane(s, pass->lanes), NULL};
@@ -184,7 +184,7 @@ static struct tile tile_of(const struct kith_force_pass *pass, kith_index begin,
   return t;
 }
 
-/* Partners from .. to - 1 of the block receive their side of the pairs. closing, opening: their weights; NULL
+/* Gives partners from .. to - 1 of the block their side of the pairs. closing, opening: their weights; NULL
  * without block steps. */
 KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t,
                       const struct kith_partner_block *b, size_t from, size_t to, const double *restrict out,
@@ -208,7 +208,7 @@ KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t,
   }
 }
 
-/* Adds what node i has been given. */
+/* Adds to the sums of node i what it has been given. */
 KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *t, kith_index i,
                          struct sums *sums) {
   const size_t j = (size_t)(i - t->begin);
@@ -241,7 +241,7 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct kith
   const double *closing = weighs ? (const double *)weight[0] : NULL,
                *opening = weighs ? (const double *)weight[1] : NULL;
   couple(pass, b, out);
-  walls(pass, of->i, b->node, n, out);
+  correct_barriers(pass, of->i, b->node, n, out);
   if (weighs) weigh_block(pass, of->i, b->node, n, weight[0], weight[1]);
   if (from < to) give(pass, tile, b, from - b->begin, to - b->begin, out, closing, opening);
   double fastest = sums->signal;
@@ -256,8 +256,8 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct kith
 
 /* --- nodes --- */
 
-/* Ends the node, after the last package: (2) of block_steps.h. The present acceleration is that of the
- * external force at the last activity. */
+/* Completes node i after the last package: (2) of block_steps.h. For active nodes hydro->acceleration is
+ * until then the external force at their last activity. */
 static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   const struct kith_block_steps *b = pass->kick->blocks;
   const struct kith_package *package = pass->package;
@@ -300,7 +300,7 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   b->rate_last->f64[i] = rate;
 }
 
-/* The same from the sums of forces and heats, where all pairs have one weight. */
+/* Weights the sums of forces and heats, where all pairs have the same weight. */
 static void weigh_sums(const struct kith_block_steps *b, kith_index i, struct sums *sums) {
   const double closing = b->now - b->last->f64[i] - 0.5 * b->step->f64[i], opening = 0.5 * b->next->f64[i];
   for (int a = 0; a <= NDIM; ++a) {
@@ -343,8 +343,9 @@ KITH_INLINE void store_blocks(const struct kith_force_pass *pass, kith_index i, 
   if (pass->is_last) end_blocks(pass, i);
 }
 
-/* What (1) of package.h needs: from the sums of the first package, to which the others add, and the last
- * ends it. In between the acceleration is the external force of the last evaluation, if there is one. */
+/* Stores what (1) of package.h needs: the first package sets the sums, the others add to them, the last
+ * completes them. In between the acceleration is the external force of the last evaluation, if there is
+ * one. */
 KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const struct sums *sums) {
   struct kith_package *package = pass->package;
   const struct kith_hydro *hydro = package->hydro;
@@ -377,8 +378,8 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
 
 /* --- chunks --- */
 
-/* The partners of a node some way ahead that lie outside of its tile; and a few nodes of the tile, each once:
- * after a quarter of it all are at hand. To prefetch them for each of their partners takes a tenth of the
+/* Prefetches the partners of a node some way ahead that lie outside of its tile; and a few nodes of the tile,
+ * each once: after a quarter of it all are cached. To prefetch these for each partner takes a tenth of the
  * pass. */
 enum { PACE = 4 };
 KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct kith_partners *of,
@@ -394,7 +395,7 @@ KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct kith_
     if (activity == NULL || activity[j] != KITH_IDLE) kith_force_prefetch(packed_particle(pass, j), n_packed);
 }
 
-/* Evaluates the partners of a node and sums them. tile: NULL or where it lies. */
+/* Evaluates the pairs of a node with its partners and sums them. tile: that of the node, or NULL. */
 KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct kith_partners *of,
                               const struct tile *tile, struct kith_scratch *s, struct sums *sums) {
   const struct kith_rows *rows = &pass->connectivity->rows;
@@ -416,7 +417,7 @@ static void store_sums(const struct kith_force_pass *pass, kith_index i, struct 
     store(pass, i, sums);
 }
 
-/* Nodes begin .. end - 1, each evaluates its whole row. */
+/* Sums nodes begin .. end - 1, each over its whole row. */
 KITH_HOT static void gather_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_force_pass *pass = context;
   const size_t *first = pass->connectivity->rows.first;
@@ -429,9 +430,9 @@ KITH_HOT static void gather_chunk(void *context, kith_index begin, kith_index en
   }
 }
 
-enum { AHEAD = 2 }; /* nodes: the time that memory takes to answer */
+enum { AHEAD = 2 }; /* nodes to prefetch ahead: the time that memory takes to answer */
 
-/* Nodes begin .. end - 1 as a tile. With block steps idle nodes have empty rows and are skipped. */
+/* Sums nodes begin .. end - 1 as a tile. With block steps idle nodes have empty rows and are skipped. */
 KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_force_pass *pass = context;
   const struct kith_rows *rows = &pass->connectivity->rows;
@@ -456,7 +457,7 @@ KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end,
 
 /* --- driving --- */
 
-/* What weights of pairs need of node i; frozen nodes have the longest step. */
+/* Packs what weights of pairs need of node i; frozen nodes have the longest step. */
 static void pack_ticks(const struct kith_block_steps *b, kith_index i, double *restrict ticks) {
   const bool frozen = b->step->f64[i] == 0;
   ticks[0] = b->last->f64[i];
@@ -489,8 +490,8 @@ static void pack(void *context, kith_index begin, kith_index end) {
   kith_profile_end(package->profile);
 }
 
-/* Nodes of a tile: so many that most pairs lie within one, so few that threads share the tiles out evenly and
- * the caches hold them. */
+/* Returns the number of nodes of a tile: so many that most pairs lie within one, so few that threads share
+ * the tiles evenly and the caches hold them. */
 static kith_index tile_size(kith_index n) {
   return KITH_CHUNK * KITH_MAX(1, KITH_MIN(64, n / (64 * KITH_CHUNK)));
 }
@@ -527,7 +528,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
       .chunk = pass->tiled ? tile_chunk : gather_chunk,
       .chunk_size = chunk,
       .context = pass,
-      .touched = pass->kick->blocks != NULL, /* else what is not active keeps its rates */
+      .touched = pass->kick->blocks != NULL, /* without block steps only active nodes get new rates */
       .whole = pass->tiled && weighs,
       .lanes = pass->lanes + (int)(given / KITH_STRIDE + 1),
       .width = KITH_STRIDE,

@@ -20,10 +20,9 @@
  * once, when its first end has its turn, and given to both; a pair across tiles is evaluated by each of them.
  * A tile is summed by one thread, in ascending order, and tiles depend on the number of nodes alone, so no
  * result depends on the number of threads. Nothing is stored per pair. Canonical rows (connectivity.h) are
- * always gathered, as their sums must not depend on the order of nodes; so are rows where nodes have steps of
- * their own and it matters which partners are no gas. With block steps a pair is given with its weights.
- * Forces and heats have the factor of their pair, f_couple, which is the same for both ends: what is written
- * above holds for any.
+ * always gathered, as their sums must not depend on the order of nodes; so are rows with block time steps
+ * where nodes have flags (nodes.h). With block steps a pair is given with its weights. Forces and heats are
+ * multiplied by f_couple of their pair, which is the same for both ends and so keeps them conserved.
  *
  * A barrier node (package.h) is a wall to its neighbors: as a partner of i it has the state of i, with the
  * velocity along the line that joins them reversed; it does no work and conducts no heat. */
@@ -55,9 +54,9 @@ typedef void kith_pair_function(enum kith_kernel kernel, const void *constants, 
 typedef void kith_force_packed(const struct kith_package *package, kith_index i, double *restrict packed);
 
 struct kith_force_pass;
-/* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; the values of the edges are in the lanes. Of
- * `known` partners, some of nodes that come later, those some way ahead are prefetched. shift: which images
- * the partners are (lib/nodes/shifts.h); NULL: they are nodes. */
+/* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; values of edges are in the lanes already.
+ * `partner` has `known` entries, which may go on with those of later nodes: some way ahead they are
+ * prefetched. shift: which images the partners are (lib/nodes/shifts.h); NULL: they are nodes. */
 typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i,
                               const kith_index *restrict partner, const uint16_t *shift, size_t n,
                               size_t known, struct kith_scratch *scratch);
@@ -71,10 +70,10 @@ struct kith_force_pass {
   kith_force_block *evaluate; /* of the kernel of the package */
   int n_packed, edges;        /* doubles of a particle, of an edge */
   const void *constants;      /* handed to the pair function */
-  /* What ghosts need: sent when the particles of internal nodes are packed. */
+  /* Fields that ghosts need, exchanged once the particles of internal nodes are packed. */
   struct kith_field *const *exchanged;
   int n_exchanged;
-  const struct kith_pairwise *edge; /* of the node that a pair starts at; the other end has - edge */
+  const struct kith_pairwise *edge; /* values of edges, from the start of a pair; its other end has - edge */
   bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
   bool walls_known; /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
@@ -82,14 +81,14 @@ struct kith_force_pass {
   double *ticks;          /* with block steps: last, step, next of nodes, four doubles each; or NULL: (1) of
                                * block_steps.h is the same for all pairs */
   const uint8_t *barrier; /* [nodes] or NULL */
-  const uint8_t *flag;    /* [nodes] what they are (nodes.h); NULL: nobody asks */
+  const uint8_t *flag;    /* [nodes] flags (nodes.h); NULL: not needed */
   const double *f_couple; /* [pairs] or NULL: 1 for all */
   bool tiled;             /* pairs within a tile are evaluated once */
-  int lanes;              /* of scratch, before what the nodes of a tile are given */
-  bool is_last;           /* of the packages: what (1) of package.h needs is complete */
+  int lanes;              /* lanes of scratch, without what the nodes of a tile are given */
+  bool is_last;           /* last package to evaluate: it completes what (1) of package.h needs */
 };
 
-/* The first fields of packed particle i. */
+/* Packs the first fields of particle i. */
 static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i, double *restrict packed) {
   for (int a = 0; a < NDIM; ++a) {
     packed[KITH_PACKED_X + a] = hydro->nodes->position->f64[(size_t)i * NDIM + a];
@@ -97,7 +96,8 @@ static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i,
   }
 }
 
-/* In the lanes edges and then the values of the pairs follow the fields, of which there are whole groups. */
+/* Return the lanes of the edges, which follow the fields padded to whole groups of lanes, and those of the
+ * values of the pairs, which follow the edges. */
 KITH_INLINE double *kith_force_edges(const struct kith_force_pass *pass, const struct kith_scratch *s) {
   return kith_lane(s, (int)kith_lanes_padded((size_t)pass->n_packed));
 }
@@ -115,13 +115,13 @@ KITH_INLINE void kith_force_prefetch(const double *packed, size_t n_packed) {
 /* Moves partners to their images. */
 void kith_force_shift(const struct kith_force_pass *pass, const uint16_t *shift, size_t n,
                       struct kith_scratch *s);
-/* Partners of i that are barriers. */
+/* Gives partners of i that are barriers the mirrored state of i. */
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
                        struct kith_scratch *s);
 
-/* What a kith_force_block does. Whole vectors are evaluated, with stale values behind the last pair: the
- * compiler may contract products and sums differently in the remainder of a loop, and the values of a pair
- * must not depend on its position, which depends on the ranks; and remainders are slow. */
+/* Does what a kith_force_block has to. Whole vectors are evaluated, with stale values after the last pair:
+ * the compiler may contract products and sums differently in the remainder of a loop, and the values of a
+ * pair must not depend on its position, which depends on the ranks; and remainders are slow. */
 KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel kernel, size_t n_packed,
                                      const struct kith_force_pass *pass, kith_index i,
                                      const kith_index *restrict partner, const uint16_t *shift, size_t n,
@@ -150,8 +150,8 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
   s->count[KITH_COUNT_EVALUATIONS] += n;
 }
 
-/* Compiles it with the function PAIR, of particles of N_PACKED fields, once per kernel, so that the kernel is
- * a constant in the loop over pairs; PAIR_of[kernel] are the functions for kith_force. */
+/* Compiles kith_force_evaluate with the function PAIR, of particles of N_PACKED fields, once per kernel, so
+ * that the kernel is a constant in the loop over pairs; PAIR_of[kernel] are the functions for kith_force. */
 #define KITH_FORCE_BLOCKS(pair, n_packed)        \
   enum { pair##_packed = n_packed };             \
   KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair) \

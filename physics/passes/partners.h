@@ -1,7 +1,7 @@
 /* partners.h - the partners that a node evaluates in a pass over pairs, block by block.
  *
- * Where a tile of nodes is worked on together, a pair of two of its nodes is evaluated once, by the node of
- * the lower index, and given to both: a node leaves out the partners in its tile that come before it. */
+ * A pair of two nodes of one tile is evaluated once, by the node of lower index, and given to both: so a node
+ * leaves out the partners in its tile that come before it. */
 #ifndef KITH_PHYSICS_PASSES_PARTNERS_H
 #define KITH_PHYSICS_PASSES_PARTNERS_H
 
@@ -10,8 +10,8 @@
 
 enum { KITH_BLOCK = 128 }; /* partners whose pairs are evaluated together */
 
-/* What node i evaluates: the entries of its row that lie before its tile, and those from i on. Of these the
- * nodes of the tile (positions given .. given_end - 1) receive the pair too. */
+/* Partners that node i evaluates: the entries of its row before its tile, and those from i on. Of these the
+ * nodes of the tile (positions given .. given_end - 1) get the results, too. */
 struct kith_partners {
   kith_index i;
   size_t first, before; /* entries `first` to first + before - 1 */
@@ -19,7 +19,7 @@ struct kith_partners {
   size_t given, given_end;
 };
 
-/* Up to KITH_BLOCK of them, from position `begin` on. */
+/* Up to KITH_BLOCK partners, from position `begin` on. */
 struct kith_partner_block {
   const struct kith_partners *of;
   size_t begin, n;
@@ -27,13 +27,13 @@ struct kith_partner_block {
   const uint16_t *shift;
 };
 
-/* Row entry of partner k of the block. */
+/* Returns the row entry of partner k of the block. */
 KITH_INLINE size_t kith_partner_entry(const struct kith_partner_block *b, size_t k) {
   const size_t position = b->begin + k, before = b->of->before;
   return position < before ? b->of->first + position : b->of->rest + (position - before);
 }
 
-/* Of node i in the tile of nodes tile .. tile_end - 1. The row ascends. */
+/* Returns the partners of node i in the tile of nodes tile .. tile_end - 1. The row ascends. */
 KITH_INLINE struct kith_partners kith_partners_of(const struct kith_rows *rows, kith_index i, kith_index tile,
                                                   kith_index tile_end) {
   const kith_index *restrict node = rows->node;
@@ -48,7 +48,7 @@ KITH_INLINE struct kith_partners kith_partners_of(const struct kith_rows *rows, 
       i, first, before, rest, before + (end - rest), before + (given - rest), before + (outside - rest)};
 }
 
-/* Room for the partners of a block that are no run of entries. */
+/* Memory for a block whose partners are not consecutive in the row. */
 struct kith_partner_room {
   kith_index node[KITH_BLOCK];
   uint16_t shift[KITH_BLOCK];

@@ -1,4 +1,4 @@
-/* The gradient of a scalar. */
+/* The pass for the gradient of a scalar. */
 #include "physics/passes/slope.h"
 
 #include "lib/core/lanes.h"

@@ -13,10 +13,10 @@ kith_status kith_slope(struct kith_package *package, const struct kith_connectiv
                        const struct kith_field *value, const struct kith_field *matrix,
                        struct kith_field *slope);
 
-/* Heat from j to i by which pressures even out at a face of this area, of packed particles (viscosity.h) with
- * the pressure and its slope. Between the states at the middle of a pair Roe's solver moves the face with
- * - {P_j - P_i} / (rho_i c_i + rho_j c_j); the work of the mean pressure at it is this heat. {} is what van
- * Leer's limiter leaves of the difference, between 0 and all of it. */
+/* Returns the heat from j to i by which pressures even out at a face of this area, for packed particles
+ * (viscosity.h) with the pressure and its slope at these fields. Between the states at the middle of a pair
+ * Roe's solver moves the face with - {P_j - P_i} / (rho_i c_i + rho_j c_j); the work of the mean pressure at
+ * it is this heat. {} is what van Leer's limiter leaves of the difference, between 0 and all of it. */
 KITH_INLINE double kith_slope_heat(const double *restrict i, const double *restrict j, int pressure,
                                    int slope, double area) {
   const double pi = i[pressure], pj = J(pressure),

@@ -1,4 +1,4 @@
-/* Sweeps: which chunks need remote ghosts, and running the others while these are on their way. */
+/* Sweeps: which chunks need remote ghosts; the others run while these are on their way. */
 #include "physics/passes/sweep.h"
 
 /* Does row i hold a remote ghost? These have the highest indices: a sorted row has them at its end. */
@@ -36,7 +36,7 @@ static double traffic(const struct kith_node_sweep *sweep, const struct kith_nod
          sweep->pairwise + (double)(entries * sizeof(kith_index) + internal * sizeof(size_t));
 }
 
-/* The nodes of `part`. Adds to count. */
+/* Runs the chunks of `part`; adds to count. */
 static kith_status run(const struct kith_package *package, const struct kith_node_sweep *sweep,
                        const struct kith_part *part, uint64_t count[KITH_COUNTS]) {
   struct kith_profile *profile = package->profile;
@@ -55,7 +55,7 @@ static kith_status run(const struct kith_package *package, const struct kith_nod
   return status;
 }
 
-/* First the chunks without remote ghosts, then, when these have arrived, the others. */
+/* Runs first the chunks without remote ghosts, then, when these have arrived, the others. */
 static kith_status run_parts(struct kith_package *package, const struct kith_node_sweep *sweep,
                              uint64_t count[KITH_COUNTS]) {
   const struct kith_nodes *nodes = package->hydro->nodes;

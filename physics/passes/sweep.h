@@ -27,23 +27,23 @@ struct kith_node_sweep {
   int lanes; /* as for kith_traverse */
   size_t width;
   bool iterates; /* the stage shows its iterations */
-  bool begins;  /* the first of an evaluation: what ranks have to agree on before may be open until its end */
-  bool touched; /* runs for touched nodes too, not for active ones alone */
-  bool whole;   /* the chunk skips nodes that take no part itself (traversal.h) */
-  /* Traffic, for the counter "bytes" of the stage: each array that it needs is read or written once. Bytes of
-   * a node or ghost that its neighbors read; that only the node itself reads and writes; of values of pairs.
-   * The rows are added. */
+  bool begins;   /* first sweep of an evaluation: an agreement of ranks may stay open until its end */
+  bool touched;  /* runs for touched nodes too, not for active ones alone */
+  bool whole;    /* the chunk itself skips nodes that take no part (traversal.h) */
+  /* Memory traffic, for the counter "bytes" of the stage, as if each array were read or written once: bytes
+   * of a node or ghost that its neighbors read; that only the node itself reads and writes; of values of
+   * pairs. The rows are added. */
   int shared, own;
   double pairwise;
   /* Called when ghosts begin .. end - 1 have arrived, before they are read. NULL: nothing to do. */
   void (*arrived)(void *context, kith_index begin, kith_index end);
 };
 
-/* All internal nodes. An exchange that was started has finished when this returns, whatever it returns.
- * count, written: sums over all chunks; may be NULL. */
+/* Runs a sweep over all internal nodes. An exchange that was started has finished when this returns, whatever
+ * it returns. count, written: sums over all chunks; may be NULL. */
 kith_status kith_package_sweep(struct kith_package *package, const struct kith_node_sweep *sweep,
                                uint64_t count[KITH_COUNTS]);
-/* The same chunks over n ghosts from `first` on, whose values have arrived. Counts evaluations only. */
+/* Runs the chunks over n ghosts from `first` on, whose values have arrived. Counts evaluations only. */
 kith_status kith_package_sweep_ghosts(struct kith_package *package, const struct kith_node_sweep *sweep,
                                       kith_index first, kith_index n);
 

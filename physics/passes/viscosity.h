@@ -1,5 +1,5 @@
-/* viscosity.h - artificial viscosity, for packages whose pair functions take it: its parameters, and what
- * such a function begins with, the geometry of a pair and the limited velocity difference.
+/* viscosity.h - artificial viscosity: its parameters, and what pair functions that use it begin with, the
+ * geometry of a pair and the limited velocity difference.
  *
  *     mu_ij = min(0, D_ij) / |x_ij|,  D_ij = v_ij . x_ij, or if limited that of the velocities extrapolated
  *     to the middle of the pair,
@@ -14,14 +14,14 @@
  *          Sedov 3-D 30^3               .261 .423 .314   .198 .347 .313   .194 .344 .307
  *          Noh 2-D                      .998 .026        .942 .013        .953 .013
  *     crk  Sedov 2-D, Noh 2-D           .147 .117 .216   .121 .097 .214   .118 .098 .213;  .707 .752 .791
- * Of the damping, L1 of the density with it, with the spacing of the wider end, as in Spheral, and with the
+ * L1 of the density with this damping, with the spacing of the wider end, as in Spheral, and with the
  * exponential (without the last factor):
  *     sph: Sedov 72^2 .128 .139 .121, 26^3 .258 .254 .267, Noh 50^2 1.04 .91 .90, blasts .0222 .0214 .0223
  *     crk: Sedov 72^2 .122 .119 .124, 26^3 .233 .236 .237, Saltzman .178 .201 .172
  * mu is 0 for pairs that separate. The signal speed of a pair, max(1, (1 + 0.6 alpha) / 1.6) c_mean -
  * beta mu, grows with alpha beyond 1 as in Monaghan (1992, ARA&A 30, 543). Switches multiply alpha alone
  * (Cullen and Dehnen 2010), unless Balsara's factor is as in its source: then beta, too.
- * No loops over pairs: the functions vectorize in the loops of who calls them. */
+ * The functions have no loops over pairs: they vectorize in the loops of their callers. */
 #ifndef KITH_PHYSICS_PASSES_VISCOSITY_H
 #define KITH_PHYSICS_PASSES_VISCOSITY_H
 
@@ -44,7 +44,7 @@ enum kith_viscosity {
 #undef X
 };
 
-/* LINEAR: it multiplies the linear term alone, like other switches; else both, as in its source. */
+/* Balsara's factor. LINEAR: on the linear term alone, like other switches; else on both, as in its source. */
 #define KITH_BALSARA_LIST(X) X(NONE, none) X(LINEAR, linear) X(FACTOR, balsara) X(SQUARED, squared)
 enum kith_balsara {
 #define X(name, word) KITH_BALSARA_##name,
@@ -110,7 +110,7 @@ enum {
   KITH_PACKED_SHEAR, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
   KITH_PACKED_VISCOUS = KITH_PACKED_SHEAR + KITH_SYMMETRIC_SIZE
 };
-/* Packs them; shear NULL: 0. */
+/* Packs them; without `shear` it is 0. */
 static inline void kith_viscosity_pack(const struct kith_hydro *hydro, const struct kith_field *shear,
                                        kith_index i, double *restrict packed) {
   kith_force_pack(hydro, i, packed);
@@ -138,7 +138,7 @@ static inline double kith_balsara(const struct kith_package *package,
   const double factor = sum > 0 ? (divergence + e) / sum : 1;
   return settings->balsara == KITH_BALSARA_SQUARED ? factor * factor : factor;
 }
-/* Of all active nodes. */
+/* Computes Balsara's factors of all active nodes. */
 static inline void kith_balsara_factors(const struct kith_package *package,
                                         const struct kith_viscosity_settings *settings,
                                         const struct kith_field *curl, struct kith_field *factor) {

@@ -1,8 +1,8 @@
 /* Package `remix`: densities that follow the flow, and reproducing kernels, after REMIX (Sandnes et al. 2025,
  * arXiv 2407.18587).
  *
- * A sum over neighbors smears the density where the spacing of nodes jumps. Here each node has a volume of
- * its own, at the start V = m / rho of the scene, else that of the sum, which follows the flow. From one
+ * A sum over neighbors smears the density where the spacing of nodes jumps. Here each node has a volume V of
+ * its own that follows the flow. It starts as m / rho of the scene, or else as that of the sum. From one
  * evaluation to the next, a time dt later, with div v of density.h,
  *     V *= exp(dt (div v_before + div v) / 2) (V_even / V)^(1 - exp(-a_V s dt c_signal / h))          (1)
  *     V_even = ball H^d / neighbors, h = 2 sigma, s = 1 / (1 + (change / 0.2)^4)
@@ -67,7 +67,7 @@ struct remix_constants {
   double kernel, dissipation;
 };
 
-/* One pair: (2) - (4). */
+/* Evaluates a pair: (2), (3). */
 KITH_INLINE void pair_remix(enum kith_kernel kernel, const void *constants, const double *restrict i,
                             const double *restrict j, double *restrict out) {
   const struct remix_constants *c = constants;
@@ -137,7 +137,7 @@ static kith_status remix_create(struct kith_package *package) {
   return crk_moments_init(&remix->moments, package->hydro->nodes);
 }
 
-/* Volumes of nodes that have none yet, if it is known which density they were made with. */
+/* Sets the volumes of nodes that have none yet from their densities, where these are known. */
 static void start_volumes(const struct kith_hydro *hydro, struct kith_field *volume) {
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i)
@@ -145,7 +145,7 @@ static void start_volumes(const struct kith_hydro *hydro, struct kith_field *vol
       volume->f64[i] = hydro->mass->f64[i] / hydro->density->f64[i];
 }
 
-/* (1), and the density that follows. */
+/* Advances volumes by (1), and sets the densities that follow. */
 static void follow_volumes(const struct kith_package *package, const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
   const struct remix *remix = package->self;

@@ -1,6 +1,7 @@
 /* Package `sph`: density-energy SPH with grad-h terms and artificial viscosity.
  *
- * Supports by number density, density by masses, and X and Omega as in density.h. From the Lagrangian, with
+ * Supports follow from the number density, densities from the sum of masses; X and Omega are those of
+ * density.h. From the Lagrangian follows, with
  *     psi_i = m_i P_i / rho_i^2  (Hopkins 2013, MNRAS 428, 2840; m_j - X_i = m / Omega for equal masses)
  *     m_i dv_i/dt = - sum_j [psi_i (m_j - X_i) grad_i W(H_i) + psi_j (m_i - X_j) grad_i W(H_j)
  *                            + m_i m_j Pi_ij grad_i W_mean]                                            (3)
@@ -20,7 +21,7 @@
  *     a_P |f_ij . v_ij| (P_j - P_i) / (P_i + P_j + rho_mean^2 Pi_ij),                                  (8)
  *     which for 1/2 is what crk's shares of the work move (eq. 7 there), but for their cosine.
  *     Forces along x_ij let nodes that a shock has pressed together in one direction slide past each other
- *     (the page on methods, Sedov): (8) damps the pressures of this noise. Off, since contacts spread by it.
+ *     (the page on methods, Sedov): (8) damps the pressures of this noise. Off by default: it spreads contacts.
  *
  * density nodes: rho_i = m_i n_i, and psi_i (m_i - X_i), psi_j (m_j - X_j) in (3) and (4) with X as of
  *     equal masses, m_i - X_i = m_i / Omega_i: the Lagrangian of these densities. Where masses jump on an
@@ -28,7 +29,7 @@
  *     as a tension. Not the default, since shocks from such a contact are less accurate (page on methods).
  *
  * stretch: supports are ellipsoids with half axes s_a H (a fixed tensor), and W depends on |x_ij| in their
- * metric M = diag(1 / s_a^2), grad_i W = W' / (H |x_ij|_M) M x_ij; the viscosity knows nothing of it.
+ * metric M = diag(1 / s_a^2), grad_i W = W' / (H |x_ij|_M) M x_ij; the viscosity ignores it.
  *
  * Passes: density -> equation of state, switches -> ghosts -> packing -> force [pairs]. */
 #include "physics/passes/density.h"
@@ -62,15 +63,15 @@ enum {
   SPH_PSI = KITH_PACKED_VISCOUS, /* m P / rho^2 */
   SPH_GRAD_H_TERM,               /* X */
   SPH_MASS,
-  SPH_SIMPLE,              /* fields without switches */
+  SPH_SIMPLE,              /* number of fields without switches */
   SPH_SWITCH = SPH_SIMPLE, /* s */
   SPH_ENERGY,
-  SPH_FULL /* all fields */
+  SPH_FULL /* number of all fields */
 };
 
 struct sph {
   bool full;      /* particles are packed with all fields */
-  bool all_terms; /* stretched supports, own masses, (7) and (8) */
+  bool all_terms; /* pairs have stretched supports, own masses, (7) or (8) */
   struct kith_field *grad_h_term, *shear, *curl, *compression; /* NULL unless needed; grad_h_term always is */
   struct kith_field *viscosity_switch, *factor;                /* s of (6), state; s with Balsara's factor */
 };
@@ -86,7 +87,7 @@ struct sph_constants {
 
 /* --- the pair function --- */
 
-/* One pair: (3) - (5); all: in stretched supports, with own masses, (7) and (8). */
+/* Evaluates a pair: (3) - (5); full: with switches; all: also stretched supports, own masses, (7) and (8). */
 KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const struct sph_constants *c,
                           const double *restrict i, const double *restrict j, double *restrict out) {
   struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
@@ -223,7 +224,7 @@ static kith_status sph_create(struct kith_package *package) {
                    settings->density == SPH_DENSITY_NODES;
   sph->full = switched || sph->all_terms;
   for (const struct kith_package *p = package->next; is_stretched(settings) && p != NULL; p = p->next)
-    if (p->ops->couple != NULL) /* it asks for intersections of supports, which ellipsoids have none of */
+    if (p->ops->couple != NULL) /* it needs intersections of supports, which ellipsoids do not have */
       KITH_FAIL(BAD_INPUT,
                 "method.stretch: ellipsoids do not tell what is between two nodes, as barriers, "
                 "porosity and damage require; take spheres");
@@ -232,7 +233,7 @@ static kith_status sph_create(struct kith_package *package) {
   return kith_nodes_fields(package->hydro->nodes, fields);
 }
 
-/* (6): the viscosity switch of node i, which was s when it was last evaluated, a time dt ago. */
+/* Returns the viscosity switch (6) of node i, which was s at the last evaluation, a time dt ago. */
 static double viscosity_switch(const struct kith_package *package, double dt, kith_index i, double s) {
   const struct sph *sph = package->self;
   const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
@@ -245,7 +246,7 @@ static double viscosity_switch(const struct kith_package *package, double dt, ki
   return wanted + (s - wanted) * exp(-0.1 * signal * dt / h);
 }
 
-/* What multiplies the viscosity of node i. */
+/* Sets the factor of the viscosity of node i. */
 static void set_factor(struct kith_package *package, const struct kith_kick *kick, kith_index i) {
   const struct sph *sph = package->self;
   const struct kith_block_steps *b = kick->blocks;
@@ -257,7 +258,7 @@ static void set_factor(struct kith_package *package, const struct kith_kick *kic
   sph->factor->f64[i] = factor * kith_balsara(package, &settings->viscosity, sph->curl, i);
 }
 
-/* The same of the active ones among nodes begin .. end - 1. */
+/* Sets the factors of the active nodes among begin .. end - 1. */
 static void set_factors(struct kith_package *package, const struct kith_kick *kick, kith_index begin,
                         kith_index end) {
   const struct kith_nodes *nodes = package->hydro->nodes;
@@ -270,16 +271,17 @@ static void set_factors(struct kith_package *package, const struct kith_kick *ki
   }
 }
 
-/* Light nodes with heavy ones at the edge of their support have X_i > m_i: they attract each other by (3) as
- * the heavy ones push them away, and swing faster than sound would. Leapfrog with too long a step takes heat
- * from one and gives it to another until one has none. The signal speed of active nodes, for the step alone,
- * times sqrt(1 + 8 (X_i - m_i) / mean m), mean m = rho_i V_i with the volume V_i of a node. With 4 a contact
- * of 300 : 1 at rest in 1-D stops, with 8 those of 10 : 1 to 1000 : 1 run. */
-static void quicken(struct kith_package *package) {
+/* Raises the signal speed of light nodes beside heavy ones, for the time step alone. Light nodes with heavy
+ * ones at the edge of their support have X_i > m_i: by (3) they attract each other while the heavy ones push
+ * them away, and they swing faster than sound would. Leapfrog with too long a step takes heat from one and
+ * gives it to another until one has none. The factor, for active nodes, is sqrt(1 + 8 (X_i - m_i) / mean m),
+ * mean m = rho_i V_i with the volume V_i of a node. With 4 a contact of 300 : 1 at rest in 1-D stops, with 8
+ * those of 10 : 1 to 1000 : 1 run. */
+static void raise_signal_speeds(struct kith_package *package) {
   const struct kith_hydro *hydro = package->hydro;
   const double *restrict h = hydro->nodes->support->f64, *restrict rho = hydro->density->f64,
                          *restrict mass = hydro->mass->f64;
-  const double part = hydro->nodes->volume * kith_ball() / package->neighbors; /* of H^D, a node's volume */
+  const double part = hydro->nodes->volume * kith_ball() / package->neighbors; /* volume of a node over H^d */
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
     const double beyond = ((const struct sph *)package->self)->grad_h_term->f64[i] - mass[i];
@@ -314,7 +316,7 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
     kith_nodes_refresh_images(hydro->nodes, between, n);
   }
   KITH_TRY(forces(package, connectivity, kick, package->recompute ? 0 : n, between));
-  if (!wanted.own_masses && !hydro->equal_here) quicken(package);
+  if (!wanted.own_masses && !hydro->equal_here) raise_signal_speeds(package);
   return KITH_OK;
 }
 
