@@ -51,7 +51,7 @@ struct kith_boundary_ops {
    * x -> sign * x + shift (false: no such image); put_back returns internal node i from outside. */
   bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
   void (*put_back)(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i);
-  void (*destroy)(struct kith_boundary *boundary); /* private state; NULL: none */
+  void (*destroy)(struct kith_boundary *boundary); /* frees private state; NULL: none */
   /* Moves its faces to their positions at this time; existing ghosts do not follow. NULL: faces are fixed. */
   void (*move)(struct kith_boundary *boundary, double time);
   double (*face_velocity)(const void *settings); /* along the axis; NULL: 0 */
@@ -91,8 +91,8 @@ struct kith_extents {
   uint64_t order; /* nodes->order when they were measured */
   struct kith_extent {
     struct kith_box box;
-    double search_radius; /* the largest */
-    bool finite;          /* positions and search radii, all of them */
+    double search_radius; /* largest search radius of the share */
+    bool finite;          /* all its positions and search radii are finite */
   } share[KITH_SHARES];
 };
 
@@ -106,7 +106,7 @@ struct kith_boundary {
   int axis;                /* 0 .. NDIM - 1 */
   double lower, upper;     /* faces */
   bool at_lower, at_upper; /* which sides act (periodic: both) */
-  double start;            /* where the face that acts (the lower one of two) is at time 0 */
+  double start;            /* position at time 0 of the face that acts (the lower one of two) */
   double zone[NDIM];       /* set by the caller: shift from a node of the zone to its continuation */
   const void *settings;    /* values of its own parameters; set by the caller, borrowed; NULL: none */
   const struct kith_extents *extents; /* of the measured nodes; borrowed */

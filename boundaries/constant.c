@@ -65,7 +65,7 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
 }
 
 static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
-  (void)radius_factor; /* all of them, always */
+  (void)radius_factor; /* all frozen nodes become ghosts */
   const struct kith_nodes *held = boundary->self;
   if (held == NULL) return KITH_OK;
   for (int l = 0; l < held->n_lists; ++l)

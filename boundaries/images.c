@@ -82,7 +82,7 @@ static struct test test_of(const struct line *line, int n) {
   const int side = n > 0;
   double sign, shift;
   if (!line->boundary->ops->image_of(line->boundary, n, &sign, &shift))
-    return (struct test){0, INFINITY, 0, 0}; /* no depth is small enough */
+    return (struct test){0, INFINITY, 0, 0}; /* no image: nothing passes */
   return (struct test){.sign = side ? sign : -sign,
                        .shift = side ? shift - line->boundary->upper : line->boundary->lower - shift,
                        .wanted = line->boundary->most[KITH_IMAGES_WANTED + side] + line->slack,

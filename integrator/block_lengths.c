@@ -13,8 +13,8 @@ enum {
 /* A step limit is multiplied by this, then rounded down to a power of two of the base step, so steps are 0.6
  * to 1.2 of the limit. That saves an eighth of the updates of Sedov's blast in 3-D. Errors of density and
  * velocity stay within 2 % of those with a global step, in 2-D too; in 1-D Sod's density would lose 12 %. */
-static const double rounded = NDIM == 1 ? 1 : 1.2;
-static const double tolerated = 1.2; /* a step is cut short only if it exceeds its limit by this factor */
+static const double limit_factor = NDIM == 1 ? 1 : 1.2;
+static const double wake_factor = 1.2; /* a step is cut short only if it exceeds its limit by this factor */
 
 /* Returns the largest power of two up to this many ticks, at most KITH_TICKS. */
 static double power_of_two(double ticks) {
@@ -33,7 +33,7 @@ static double aligned(double n) {
 /* Returns the Courant number of the longest step, before rounding: at most the stable one of the package,
  * unless the scene asks for a larger one. */
 static double longest_cfl(const struct kith_integrator *it) {
-  const double stable = it->package->ops->stable_cfl, longest = rounded * it->cfl;
+  const double stable = it->package->ops->stable_cfl, longest = limit_factor * it->cfl;
   return stable > 0 ? KITH_MIN(longest, KITH_MAX(stable, it->cfl)) : longest;
 }
 
@@ -164,7 +164,7 @@ static double finest_wanted(const struct kith_integrator *it) {
 
 /* Returns what the neighbor at entry e accelerates node i by after a time dt, if both move on as they do:
  * m_j c_i^2 / rho_i |grad W|. */
-static double push_in(const struct kith_integrator *it, kith_index i, size_t e, double dt) {
+static double neighbor_acceleration(const struct kith_integrator *it, kith_index i, size_t e, double dt) {
   const struct kith_hydro *hydro = it->hydro;
   const struct kith_nodes *nodes = it->nodes;
   const struct kith_rows *rows = &it->connectivity->rows;
@@ -206,8 +206,9 @@ static double before_impact(const struct kith_integrator *it, kith_index i, doub
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     if (mass[rows->node[e]] <= HEAVY * mass[i]) continue;
     heaviest = KITH_MAX(heaviest, mass[rows->node[e]]);
-    const double now = push_in(it, i, e, 0);
-    while (d > 1 && (d * tick) * (d * tick) * (push_in(it, i, e, d * tick) - now) > most) d *= 0.5;
+    const double now = neighbor_acceleration(it, i, e, 0);
+    while (d > 1 && (d * tick) * (d * tick) * (neighbor_acceleration(it, i, e, d * tick) - now) > most)
+      d *= 0.5;
   }
   if (b->swings && heaviest > HEAVIER * mass[i]) d = KITH_MIN(d, after_swing(it, i, tick));
   return d;
@@ -257,7 +258,7 @@ static void wake_in(struct kith_blocks *b, kith_index i, double ticks) {
 
 void kith_blocks_wake_by_limit(struct kith_integrator *it, kith_index i) {
   struct kith_blocks *b = kith_blocks_of(it);
-  const double own = power_of_two(tolerated * limit_of(it, i) / b->steps.tick);
+  const double own = power_of_two(wake_factor * limit_of(it, i) / b->steps.tick);
   if (own < b->steps.step->f64[i] && isfinite(b->settings.ratio)) wake_in(b, i, own);
 }
 

@@ -11,7 +11,7 @@ enum {
   FEW = 2,          /* a tick may be local if at most n / FEW of n nodes are active */
   NEW_SEARCH = 160, /* cost of a new search with reordering, per node, in candidates */
 };
-static const double start = 0.1; /* factor of the first steps: no signal has reached the neighbors yet */
+static const double first_step_factor = 0.1; /* no signal has reached the neighbors yet */
 
 kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_block_settings settings) {
   KITH_TRY(kith_nodes_mark_activity(it->nodes));
@@ -81,7 +81,7 @@ static double growth_of(const struct kith_integrator *it, kith_index i, double s
 /* Returns how far a node moves along an axis in a time `since` its last activity, by component k of v and
  * dv/dt then. The velocity is not w of block_steps.h: that has got half the impulse of a pair with a long
  * step at once, but what balances it may come in parts. */
-static inline double way_of(const struct kith_integrator *it, size_t k, double since) {
+static inline double displacement_of(const struct kith_integrator *it, size_t k, double since) {
   return since *
          (kith_blocks_of(it)->steps.velocity_last->f64[k] + 0.5 * since * it->hydro->acceleration->f64[k]);
 }
@@ -100,7 +100,7 @@ static void predict(struct kith_integrator *it, bool active, bool idle) {
     if (!(it->nodes->activity->u8[i] == KITH_ACTIVE ? active : idle)) continue;
     const double since = s->tick * (s->now - s->last->f64[i]);
     for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k) {
-      x[k] = base[k] + way_of(it, k, since);
+      x[k] = base[k] + displacement_of(it, k, since);
       v[k] = last[k] + since * acceleration[k];
     }
     it->hydro->energy->f64[i] = s->energy_last->f64[i] + since * (it->hydro->energy_rate->f64[i] +
@@ -117,7 +117,7 @@ static void place_base(struct kith_integrator *it, kith_index i) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const double since = b->steps.tick * (b->steps.now - b->steps.last->f64[i]);
   for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k)
-    b->position_base->f64[k] = it->nodes->position->f64[k] - way_of(it, k, since);
+    b->position_base->f64[k] = it->nodes->position->f64[k] - displacement_of(it, k, since);
 }
 
 /* Extends the box by `radius` to each side of node i. */
@@ -302,7 +302,7 @@ static kith_status make_tick_lists(struct kith_integrator *it, bool first) {
 }
 
 /* Adds up the candidates of the search beyond those right after a search among all nodes. */
-static void judge_search(struct kith_integrator *it) {
+static void count_wasted_candidates(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   const double entries = (double)it->ledger.last_row_entries,
                candidates = (double)it->connectivity->candidates;
@@ -330,7 +330,7 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   kith_profile_begin(it->profile, "kick");
   count_levels(it);
   close_tick(it, first);
-  judge_search(it);
+  count_wasted_candidates(it);
   look_ahead(it);
   kith_profile_end(it->profile);
   return KITH_OK;
@@ -347,7 +347,7 @@ kith_status kith_block_steps_start(struct kith_integrator *it) {
   }
   kith_field_copy(it->nodes, b->steps.velocity, it->hydro->velocity);
   kith_field_copy(it->nodes, b->steps.energy, it->hydro->energy);
-  kith_blocks_plan(it, it->time, start);
+  kith_blocks_plan(it, it->time, first_step_factor);
   it->kick.blocks = &b->steps;
   kith_halo_refresh(it->hydro->halo, it->nodes,
                     (struct kith_field *[]){b->steps.last, b->steps.step, b->wanted}, 3);

@@ -12,7 +12,7 @@ static double depth_of(const struct kith_integrator *it, const struct kith_bound
 }
 
 /* Adds `sign` times mass, energy and momentum of node i to the sums. */
-static void count(const struct kith_integrator *it, kith_index i, double sign, struct kith_sum *sums) {
+static void add_to_sums(const struct kith_integrator *it, kith_index i, double sign, struct kith_sum *sums) {
   const double m = sign * it->hydro->mass->f64[i], *v = it->hydro->velocity->f64 + (size_t)i * NDIM;
   kith_sum_add(&sums[MASS], m);
   kith_sum_add(&sums[ENERGY], 0.5 * m * kith_dot(v, v));
@@ -22,7 +22,7 @@ static void count(const struct kith_integrator *it, kith_index i, double sign, s
 
 /* ---- inflow ---- */
 
-static kith_status drive(struct kith_integrator *it, const struct kith_boundary *b) {
+static kith_status impose_state(struct kith_integrator *it, const struct kith_boundary *b) {
   const struct kith_nodes *nodes = it->nodes;
   const struct kith_field *volume = kith_nodes_field_named(nodes, KITH_ZONE_VOLUME);
   const struct kith_flow_settings *settings = b->settings;
@@ -40,8 +40,8 @@ static kith_status drive(struct kith_integrator *it, const struct kith_boundary 
 }
 
 /* Makes node `to` the successor of node `from`: a copy, as far behind as the zone is deep. */
-static kith_status follow(struct kith_integrator *it, const struct kith_boundary *b, kith_index to,
-                          kith_index from) {
+static kith_status make_successor(struct kith_integrator *it, const struct kith_boundary *b, kith_index to,
+                                  kith_index from) {
   const struct kith_nodes *nodes = it->nodes;
   for (int f = 0; f < nodes->n_fields; ++f) {
     char *data = nodes->fields[f]->data;
@@ -60,7 +60,7 @@ static kith_status enter(struct kith_integrator *it, const struct kith_boundary 
                          bool *changed) {
   struct kith_nodes *nodes = it->nodes;
   const uint8_t flag = kith_flow_flag(b);
-  KITH_TRY(drive(it, b));
+  KITH_TRY(impose_state(it, b));
   for (int l = 0; l < nodes->n_lists; ++l) {
     const struct kith_node_list *list = &nodes->lists[l];
     const kith_index end = list->first + list->count;
@@ -77,9 +77,9 @@ static kith_status enter(struct kith_integrator *it, const struct kith_boundary 
     KITH_TRY(kith_nodes_append(nodes, l, entering, &next));
     for (kith_index i = list->first; i < end; ++i) {
       if (nodes->flag->u8[i] != flag || depth_of(it, b, i) > 0) continue;
-      KITH_TRY(follow(it, b, next++, i));
+      KITH_TRY(make_successor(it, b, next++, i));
       nodes->flag->u8[i] = KITH_GAS;
-      count(it, i, 1, sums);
+      add_to_sums(it, i, 1, sums);
     }
   }
   return KITH_OK;
@@ -96,7 +96,7 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
     uint8_t *flag = &nodes->flag->u8[i], zone = kith_flow_flag(b);
     const double depth = depth_of(it, b, i);
     if (*flag == (depth > 0 ? KITH_GAS : zone)) {
-      count(it, i, depth > 0 ? -1 : 1, sums);
+      add_to_sums(it, i, depth > 0 ? -1 : 1, sums);
       *flag = depth > 0 ? zone : KITH_GAS;
       *changed = true;
     }
@@ -112,7 +112,7 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
 }
 
 /* Returns the outward derivative of the outward velocity at node i, by partners further in. */
-static double slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
+static double velocity_slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_rows *rows = &it->connectivity->rows;
   const double *v = it->hydro->velocity->f64 + b->axis, depth = depth_of(it, b, i);
   double moment = 0, sum = 0;
@@ -135,7 +135,7 @@ static void pass_waves(const struct kith_integrator *it, const struct kith_bound
                               : 0;
   double *a = hydro->acceleration->f64 + (size_t)i * NDIM;
   for (int k = 0; k < NDIM; ++k) a[k] = 0;
-  a[b->axis] = kith_flow_outwards(b) * (part * pull - hydro->sound_speed->f64[i] * slope(it, b, i));
+  a[b->axis] = kith_flow_outwards(b) * (part * pull - hydro->sound_speed->f64[i] * velocity_slope(it, b, i));
   hydro->energy_rate->f64[i] *= part;
 }
 
@@ -190,7 +190,7 @@ static bool is_beyond(const struct kith_integrator *it, kith_index i) {
 }
 
 /* Adds `sign` times the potential energy of node i to `lifted`. */
-static void lift(struct kith_integrator *it, kith_index i, double sign) {
+static void add_potential(struct kith_integrator *it, kith_index i, double sign) {
   const struct kith_hydro *hydro = it->hydro;
   const double *x = it->nodes->position->f64 + (size_t)i * NDIM;
   kith_sum_add(&it->flow.lifted,
@@ -207,13 +207,13 @@ kith_status kith_flow_mirror(struct kith_integrator *it) {
   for (kith_index i = 0; status == KITH_OK && i < it->nodes->n_internal; ++i) {
     if (!is_beyond(it, i)) continue;
     status = kith_grow(&node, &capacity, (size_t)n, (size_t)n + 1, sizeof *node);
-    if (status == KITH_OK) lift(it, node[n++] = i, -1);
+    if (status == KITH_OK) add_potential(it, node[n++] = i, -1);
   }
   if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, true, false);
   for (kith_index k = 0; status == KITH_OK && k < n; ++k) {
     const size_t at = (size_t)node[k] * NDIM;
     double *a = hydro->acceleration->f64 + at;
-    lift(it, node[k], 1);
+    add_potential(it, node[k], 1);
     memcpy(a, it->package->pair_acceleration->f64 + at, NDIM * sizeof *a);
     kith_external_force_add(&hydro->external_force, it->nodes->position->f64 + at, a);
   }

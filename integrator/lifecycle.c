@@ -372,8 +372,8 @@ static kith_status place(struct kith_integrator *it, const struct reduced_values
   return ghosts(it, status);
 }
 
-/* For a local tick, whose nodes are far from all boundaries: there are no ghosts. Nodes are reordered at the
- * next lifecycle of all nodes, as these are rare then. */
+/* Finds the nodes of a local tick and drops all ghosts, as these nodes are far from boundaries. The next
+ * lifecycle of all nodes, which is rare then, reorders nodes. */
 static kith_status place_near(struct kith_integrator *it) {
   it->since_reorder = (uint64_t)it->reorder_every;
   KITH_TRY(it->near.find(it));

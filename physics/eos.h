@@ -1,5 +1,5 @@
 /* eos.h - equations of state, one family: P(rho, u) and c(rho, u) of a material, and what follows from them.
- * A node list has one. Each member is a file in eos/, which states its equations. */
+ * Each node list has one. Each member is a file in eos/, which states its equations. */
 #ifndef KITH_PHYSICS_EOS_H
 #define KITH_PHYSICS_EOS_H
 

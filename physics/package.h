@@ -130,7 +130,7 @@ struct kith_package {
   const struct kith_field
       *barrier; /* U8, 1: the node is a wall to its neighbors (force.h); NULL: there is none */
 
-  /* Its own. */
+  /* Set by kith_package_init and the passes. */
   double self_weight;                     /* weight of a node in its own sums: kith_kernel_self_weight */
   struct kith_field *energy_correction;   /* if the energy is compatible */
   struct kith_field *pair_acceleration;   /* is hydro->acceleration unless there is an external force */

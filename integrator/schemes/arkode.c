@@ -38,7 +38,7 @@ struct arkode {
   bool ended;
   long attempts;      /* attempts that ERKStep has begun */
   double stable;      /* step that stable_step allowed last */
-  double accurate_dt; /* what the last error estimate allows for the next step, 0: no opinion */
+  double accurate_dt; /* next step that the last error estimate allows; 0: no estimate */
 };
 
 kith_status kith_table_read(struct kith_table *table, int row) {
@@ -96,8 +96,8 @@ static int end_of_step(double time, N_Vector state, void *integrator) {
   return 0;
 }
 
-/* Returns twice the time-step limit by the rates of the last stage (ERKStep takes half of it), but no less
- * than at the start, since an attempt that fails may end anywhere. */
+/* Sets *dt to twice the time-step limit by the rates of the last stage (ERKStep takes half of it), but no
+ * less than at the start, since an attempt that fails may end anywhere. */
 static int stable_step(N_Vector state, double time, double *dt, void *integrator) {
   (void)time, (void)state;
   struct kith_integrator *it = integrator;

@@ -68,19 +68,19 @@ size_t kith_stages_bytes(const struct kith_integrator *integrator, size_t size, 
 kith_status kith_stages_begin(struct kith_integrator *integrator, const struct kith_solver *solver);
 kith_status kith_stages_try(struct kith_integrator *integrator, const struct kith_solver *solver,
                             bool shorter, double *dt);
-/* `time` from the start of the step. */
+/* `time` is counted from the start of the step. */
 kith_status kith_stages_rates(struct kith_integrator *integrator, double time);
 kith_status kith_stages_again(struct kith_integrator *integrator);
 
 /* Copies the rates at hand into a vector: velocity, acceleration, energy rate. */
 void kith_stages_copy_rates(const struct kith_integrator *integrator, N_Vector rates);
-/* Weights of errors, 1 / tolerance with tolerances of
+/* Writes weights of errors, 1 / tolerance with tolerances of
  *   position  (rtol + atol) H_i
  *   velocity  rtol c_i + atol V            V^2 = 2 e, e = energy per mass of the whole run where its center
  *             of mass rests
  *   energy    rtol |u_i| + atol e
- * so they do not depend on units and frames; V and e keep the tolerances of cold gas from vanishing. `state`:
- * whose u. */
+ * so they do not depend on units and frames; V and e keep the tolerances of cold gas from vanishing. u is
+ * taken from `state`. */
 void kith_stages_weights(const struct kith_integrator *integrator, const struct kith_tolerances *tolerances,
                          N_Vector state, N_Vector weights);
 

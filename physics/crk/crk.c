@@ -42,7 +42,7 @@ enum {
   CRK_PRESSURE = KITH_PACKED_VISCOUS,
   CRK_VOLUME,
   CRK_RATE,   /* V / Omega */
-  CRK_SMOOTH, /* s */
+  CRK_SMOOTH, /* s of (9) */
   CRK_SWITCH, /* s of (6) */
   CRK_KERNEL, /* moments.h */
   CRK_PACKED = CRK_KERNEL + CRK_COEFFICIENTS
@@ -51,7 +51,7 @@ enum {
 struct crk {
   struct crk_moments moments;
   struct kith_field *omega;         /* of (8) */
-  struct kith_field *curl, *factor; /* NULL without Balsara's factor; it */
+  struct kith_field *curl, *factor; /* NULL without Balsara's factor, which `factor` is */
   struct kith_field *shear;         /* NULL unless the viscosity is limited */
 };
 

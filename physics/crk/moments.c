@@ -94,20 +94,22 @@ KITH_INLINE void sum_row(size_t padded, const struct kith_scratch *s, double *su
 KITH_INLINE int triple_of(int a, int b, int c) {
   const int low = KITH_MIN(KITH_MIN(a, b), c), high = KITH_MAX(KITH_MAX(a, b), c),
             middle = a + b + c - low - high;
-  const int before = low == 0 ? 0 : low == 1 ? NDIM * (NDIM + 1) / 2 : CUBIC - 1; /* those that start lower */
+  const int before = low == 0   ? 0
+                     : low == 1 ? NDIM * (NDIM + 1) / 2
+                                : CUBIC - 1; /* triples with a lower first index */
   const int rest = NDIM - low, m = middle - low;
   return before + m * rest - m * (m - 1) / 2 + high - middle;
 }
 
 /* Returns e of (5): 1 if neighbors are isotropic, less the flatter they lie. */
-static double evenness(const double *m2) {
+static double isotropy(const double *m2) {
   return kith_symmetric_determinant(m2) / kith_pow_dim(kith_symmetric_trace(m2) / NDIM);
 }
 
 /* Returns p of (5). */
 static double trusted_part(const double *m2) {
   static const double flat = 0.01, even = 0.1; /* e at which p is 0, 1 */
-  const double u = KITH_MIN(KITH_MAX((evenness(m2) - flat) / (even - flat), 0), 1);
+  const double u = KITH_MIN(KITH_MAX((isotropy(m2) - flat) / (even - flat), 0), 1);
   return u * u * (3 - 2 * u);
 }
 
@@ -125,7 +127,7 @@ static bool correct(const double *s, double *A, double *C, double *dA, double *d
   }
   *A = 1 / denominator;
   for (int c = 0; c < NDIM; ++c) {
-    double change = s[G1 + c], flux[NDIM]; /* of the denominator; dm1 + dm2 B */
+    double change = s[G1 + c], flux[NDIM]; /* derivative of the denominator; dm1 + dm2 B */
     for (int a = 0; a < NDIM; ++a) {
       const double dm1 = (a == c ? s[M0] : 0) + s[G2 + kith_symmetric_at(a, c)];
       flux[a] = dm1;

@@ -31,7 +31,8 @@ struct crk_moments {
 /* Registers the fields that crk_moments_evaluate fills. */
 kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes);
 
-/* Fills them from positions, supports and densities of all nodes and ghosts. Collective. */
+/* Fills the fields of internal nodes from positions, supports and densities of all nodes and ghosts.
+ * Collective. */
 kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
                                  const struct kith_connectivity *connectivity);
 

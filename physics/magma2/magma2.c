@@ -60,7 +60,7 @@ enum {
 struct magma2 {
   struct kith_field *matrix;        /* M^-1 */
   struct kith_field *slope;         /* dP/dx; NULL without dissipation of pressures */
-  struct kith_field *curl, *factor; /* NULL without Balsara's factor; it */
+  struct kith_field *curl, *factor; /* NULL without Balsara's factor, which `factor` is */
   struct kith_field *shear;         /* NULL unless the viscosity is limited */
 };
 

@@ -137,7 +137,7 @@ KITH_INLINE void product_chunk(const struct pass *pass, bool canonical, kith_ind
   const struct mfm_faces *f = pass->faces;
   const struct kith_rows *rows = &pass->connectivity->rows;
   const struct kith_pairs *pairs = &f->graph.pairs;
-  kith_lanes *sum = (kith_lanes *)s->lane; /* of each node; 0 between rows */
+  kith_lanes *sum = (kith_lanes *)s->lane; /* sum of each node; 0 between rows */
   for (kith_index i = begin; i < end; ++i) {
     if (pairs->first[i] == pairs->first[i + 1]) continue;
     add_node(f, canonical, i, i, sum);
@@ -266,7 +266,7 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
 
 /* Is the ghost a frozen node, or an image of one? */
 static bool is_of_frozen(const struct kith_nodes *nodes, kith_index ghost) {
-  while (ghost >= nodes->n_internal) { /* an image may be one of an image */
+  while (ghost >= nodes->n_internal) { /* the control of an image may be an image */
     const struct kith_ghost_block *block = kith_nodes_ghost_block(nodes, ghost);
     if (block->kind != KITH_GHOST_IMAGE) return block->kind == KITH_GHOST_FROZEN;
     ghost = block->control[ghost - block->first];

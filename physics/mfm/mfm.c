@@ -179,7 +179,7 @@ KITH_INLINE struct mfm_side reconstruct(struct mfm_side node, double above, doub
 
 /* Returns (3), which the end that loses `heat` gets back. In a stiffened gas pressures are relative to -P0,
  * where the sound speed is 0. */
-KITH_INLINE double spared(double pressure, double own, double face, double heat) {
+KITH_INLINE double heat_returned(double pressure, double own, double face, double heat) {
   const double total = face + own - pressure;
   return total > 4 * own ? KITH_MAX(-heat, 0.0) * (1 - 4 * own / total) : 0;
 }
@@ -215,8 +215,8 @@ KITH_INLINE void flux(const double *face, const double *restrict i, const double
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * face[a];
   const double push = star.pressure * area, heat_i = -push * (0.5 * du + star.velocity),
                heat_j = -push * (0.5 * du - star.velocity);
-  const double given = spared(i[MFM_PRESSURE], above_i, star.pressure, heat_i) -
-                       spared(J(MFM_PRESSURE), above_j, star.pressure, heat_j); /* by j to i */
+  const double given = heat_returned(i[MFM_PRESSURE], above_i, star.pressure, heat_i) -
+                       heat_returned(J(MFM_PRESSURE), above_j, star.pressure, heat_j); /* by j to i */
   OUT(KITH_HEAT) = heat_i + given;
   OUT(KITH_PARTNER_HEAT) = heat_j - given;
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (i[MFM_SOUND] + J(MFM_SOUND)) + KITH_MAX(-du, 0.0) : 0;
@@ -357,8 +357,8 @@ const struct kith_package_ops kith_package_mfm = {
     .destroy = mfm_destroy,
     .requirements = mfm_requirements,
     .evaluate = mfm_evaluate,
-    .spacings = NDIM == 3   ? 1.22 /* 55 neighbors: fewer, and gas at rest gives way on bcc lattices */
-                : NDIM == 2 ? 1.33 /* 20: half of the noise of 18 */
+    .spacings = NDIM == 3   ? 1.22 /* 55 neighbors: with fewer gas at rest gives way on bcc lattices */
+                : NDIM == 2 ? 1.33 /* 20 neighbors: half of the noise of 18 */
                             : 0,
     .cfl = NDIM == 3 ? 0.4 : 0.3,
     .stable_cfl = NDIM == 1 ? 0.38 : 0.4, /* noise grows from 0.42, 0.45, 0.46 in 1-D, 2-D, 3-D on, with block

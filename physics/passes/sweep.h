@@ -26,7 +26,7 @@ struct kith_node_sweep {
   void *context;
   int lanes; /* as for kith_traverse */
   size_t width;
-  bool iterates; /* the stage shows its iterations */
+  bool iterates; /* the stage counts its iterations */
   bool begins;   /* first sweep of an evaluation: an agreement of ranks may stay open until its end */
   bool touched;  /* runs for touched nodes too, not for active ones alone */
   bool whole;    /* the chunk itself skips nodes that take no part (traversal.h) */

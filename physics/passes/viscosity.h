@@ -59,7 +59,7 @@ struct kith_viscosity_settings {
   double alpha, beta;
   enum kith_balsara balsara;
 };
-/* Rows of a parameter table for the settings `type`; choices: "|none|monaghan...", those that it has;
+/* Rows of a parameter table for the settings `type`; choices: the forms that it has, as "|none|monaghan";
  * linear: the default of alpha. */
 #define KITH_VISCOSITY_PARAMS(type, choices, linear)                                                        \
   {"name", KITH_PARAM_CHOICE, "limited", choices, "its form", KITH_INTO(type, viscosity.name)},             \
@@ -155,7 +155,7 @@ struct kith_viscous_pair {
   double x, y, z;                      /* x_ij; y, z: anything in fewer dimensions */
   double r, vx, qi, qj;                /* |x_ij|, v_ij . x_ij, r / H of both */
   double mu, sound;                    /* mean sound speed */
-  double signal;                       /* speed; 0 of two nodes at one place */
+  double signal;                       /* signal speed; 0 for two nodes at the same place */
   double inverse_r, inverse_densities; /* 1 / r, or a large number; 1 / (rho_i + rho_j) */
 };
 

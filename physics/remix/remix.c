@@ -57,7 +57,7 @@ struct remix {
   struct crk_moments moments;
   struct kith_field *volume, *expansion; /* state: V (0: not yet known) and div v, when last evaluated */
   struct kith_field *omega, *matrix, *slope;
-  struct kith_field *curl, *factor; /* NULL without Balsara's factor; it */
+  struct kith_field *curl, *factor; /* NULL without Balsara's factor, which `factor` is */
   struct kith_field *shear;         /* NULL unless the viscosity is limited */
 };
 

@@ -21,7 +21,7 @@
  *     a_P |f_ij . v_ij| (P_j - P_i) / (P_i + P_j + rho_mean^2 Pi_ij),                                  (8)
  *     which for 1/2 is what crk's shares of the work move (eq. 7 there), but for their cosine.
  *     Forces along x_ij let nodes that a shock has pressed together in one direction slide past each other
- *     (the page on methods, Sedov): (8) damps the pressures of this noise. Off by default: it spreads contacts.
+ *     (the page on methods, Sedov): (8) damps the pressures of this noise. It is off, as it spreads contacts.
  *
  * density nodes: rho_i = m_i n_i, and psi_i (m_i - X_i), psi_j (m_j - X_j) in (3) and (4) with X as of
  *     equal masses, m_i - X_i = m_i / Omega_i: the Lagrangian of these densities. Where masses jump on an
@@ -80,7 +80,7 @@ struct sph {
 struct sph_constants {
   struct kith_viscosity_constants viscosity;
   double conduction, pressure_dissipation;
-  bool own;             /* density nodes */
+  bool own;             /* density is `nodes` */
   double kernel;        /* C of the kernel */
   const double *metric; /* [NDIM] diagonal of M */
 };
