@@ -384,7 +384,7 @@ static void check_collinear(void) {
   world_destroy(&w);
 }
 
-/* A bar pressed flat: the correction fades out between an evenness of 0.1 and of 0.01, (5), and counts as
+/* A bar pressed flat: the correction fades out between an isotropy of 0.1 and of 0.01, (5), and counts as
  * regular. Sums of the moments from all partners, their determinant by elimination. */
 static void check_flat(void) {
 #if NDIM > 1
