@@ -1,5 +1,6 @@
-/* kith.c - the program `kith`: carries out what makes many runs (validate, chart, stress), and starts the
- * program of the scene's dimension (kith-1d, kith-2d or kith-3d, which stand beside it) for the rest. */
+/* kith.c - the program `kith`: carries out the verbs that make many runs (validate, chart, stress), and
+ * hands the others over to the program of the scene's dimension (kith-1d, kith-2d or kith-3d, in the same
+ * folder). */
 #define _GNU_SOURCE /* memfd_create */
 #include <fcntl.h>
 #include <signal.h>
@@ -16,8 +17,8 @@
 #define X(name, argument, doc) [KITH_VERB_##name] = kith_##name,
 static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_STUDY_VERBS(X)};
 
-/* A pipe can be read once, and a scene is read twice: it is kept in memory, under a name that stands for the
- * word of the command line. */
+/* Copies a scene that is given as a pipe into memory, since a pipe can be read once and a scene is read
+ * twice. The path of the copy replaces the word of the command line. */
 static kith_status keep_pipe(struct kith_options *options, char path[64]) {
   enum { PIECE = 1 << 16 };
   static char piece[PIECE];
@@ -39,12 +40,13 @@ static kith_status keep_pipe(struct kith_options *options, char path[64]) {
   return KITH_OK;
 }
 
-/* Becomes the program of a dimension, with the same words. One process has its threads bound to cores; of
- * several, each would bind its threads to the first ones. */
+/* Replaces this process by the program of the scene's dimension, with the same words of the command line.
+ * Binds threads to cores for a single process only: each of several would bind its threads to the first
+ * cores. */
 static kith_status hand_over(struct kith_options *options) {
   struct kith_programs programs;
   char path[KITH_PATH + 8], kept[64];
-  int dimension = 3; /* without a scene: of the built-in one, or any */
+  int dimension = 3; /* without a scene: that of the built-in one, or any */
   if (options->subject != NULL && strstr(options->verb->argument, "SCENE") != NULL) {
     KITH_TRY(keep_pipe(options, kept));
     KITH_TRY(kith_scene_dimension(options->subject, options->n_overrides, options->overrides, &dimension));

@@ -10,11 +10,11 @@
 static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_SCENE_VERBS(X)};
 
 int main(int argc, char **argv) {
-#ifdef M_MMAP_THRESHOLD /* large blocks go back to the system: between others they would stay as holes */
+#ifdef M_MMAP_THRESHOLD /* freed large blocks return to the system, and leave no holes between others */
   mallopt(M_MMAP_THRESHOLD, 1 << 18);
 #endif
-  /* A run claims its directory, and what it publishes is whole: no locks of HDF5, which some file systems of
-   * clusters refuse. */
+  /* No file locks of HDF5, which some file systems of clusters refuse: a run has its directory to itself, and
+   * what it publishes is whole. */
   setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
   struct kith_options options;
   signal(SIGCHLD, SIG_DFL); /* inherited as ignored, it would hide how children end */

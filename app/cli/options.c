@@ -64,7 +64,7 @@ struct row {
   const char *argument;
   enum kind kind;
   double least, most;
-  unsigned verbs; /* a bit of each verb that takes it */
+  unsigned verbs; /* a bit for each verb that takes it */
   const char *doc;
   size_t offset;
 };
@@ -82,7 +82,7 @@ static const char VERBS[] = "" /* "|run|plan..." */
                   OPTIONS[] = "" KITH_OPTION_LIST(X);
 #undef X
 
-/* One line, and code 2. */
+/* Prints one line and ends with code 2. */
 __attribute__((noreturn, format(printf, 1, 2))) static void refuse(const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
@@ -125,7 +125,7 @@ static void take_value(const struct row *row, const char *text, struct kith_opti
     add_override(o, text);
 }
 
-/* "run, plan": the verbs that take an option. */
+/* Writes "run, plan", the verbs that take an option. */
 static const char *takers(const struct row *row, char text[128]) {
   int n = 0;
   for (int v = 0; v < KITH_N_VERBS; ++v)
@@ -183,7 +183,8 @@ static const struct kith_verb *find_verb(const char *name) {
   return &verbs[v];
 }
 
-/* As getopt_long wants them; `letters` gives all arguments in their order, and ':' for a missing value. */
+/* Lists the options as getopt_long takes them. `letters` begins with "-:": arguments come in their order, and
+ * a missing value is reported as ':'. */
 static void list_options(struct option known[N_ROWS + 1], char letters[64]) {
   int n = snprintf(letters, 64, "-:");
   for (int k = 0; k < N_ROWS; ++k) {
@@ -195,7 +196,7 @@ static void list_options(struct option known[N_ROWS + 1], char letters[64]) {
   known[N_ROWS] = (struct option){0};
 }
 
-/* An option that is not known, or has a value without taking one. */
+/* Refuses an option that is not known, or that has a value and takes none. */
 __attribute__((noreturn)) static void refuse_option(const char *given) {
   char near[64], name[64];
   if (optopt >= OPTION) refuse("%.60s: this option takes no value", given);
@@ -217,7 +218,7 @@ static void take_word(struct kith_options *o, const char *word) {
     refuse("%.60s: one argument too many", word);
 }
 
-/* What the verb and the options must be together. */
+/* Checks that the options and words fit the verb. */
 static void check_together(const struct kith_options *o, const bool *given) {
   char names[128];
   const struct kith_verb *verb = o->verb != NULL ? o->verb : find_verb(NULL);
@@ -228,7 +229,8 @@ static void check_together(const struct kith_options *o, const bool *given) {
     refuse("%s: %s is missing (see kith %s --help)", verb->name, verb->argument, verb->name);
 }
 
-/* A file must not get the descriptor of a stream that is closed, and with it all messages. */
+/* Opens /dev/null for standard streams that are closed; otherwise the next file would get the descriptor of
+ * one, and with it all messages. */
 static void open_streams(void) {
   int descriptor;
   do descriptor = open("/dev/null", O_RDWR);
@@ -266,7 +268,7 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
   if (o->version) printf("kith %s (%s, %s)\n", kith_version(), kith_compiler(), kith_flags());
   if (o->help && !o->version) print_help(o->verb);
   if (o->version || o->help) exit(kith_exit_code(KITH_EXIT_OK));
-  for (; optind < argc; ++optind) take_word(o, argv[optind]); /* behind "--" */
+  for (; optind < argc; ++optind) take_word(o, argv[optind]); /* after "--" */
   check_together(o, given);
   return (enum kith_verb_id)(o->verb - verbs);
 }

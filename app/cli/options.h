@@ -9,8 +9,9 @@
 #include <limits.h>
 #include "lib/core/base.h"
 
-/* name, argument (in brackets: may be left out), doc; by what carries them out: the program of the scene's
- * dimension, the program kith, which starts those, or the script ./kith of the source tree. */
+/* Verbs: name, argument (in brackets if it may be left out), doc. There is a list for each of what carries
+ * verbs out: the program of the scene's dimension; the program kith, which starts those; the script ./kith of
+ * the source tree. */
 #define KITH_SCENE_VERBS(X)                                                                        \
   X(run, "SCENE", "run a scene and compare it with its exact solution")                            \
   X(plan, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
@@ -37,7 +38,7 @@ struct kith_verb {
   const char *name, *argument, *doc;
 };
 
-/* KITH_MAX_STARTED: ranks that a run starts by itself; those of a plan are not started. */
+/* KITH_MAX_STARTED: ranks that a run starts by itself; a plan starts none of its ranks. */
 enum { KITH_MAX_OVERRIDES = 64, KITH_MAX_THREADS = 1024, KITH_MAX_RANKS = 1000000, KITH_MAX_STARTED = 4096 };
 
 struct kith_options {
@@ -48,18 +49,18 @@ struct kith_options {
   const char *directory;                     /* NULL: the verb's default */
   const char *restart;                       /* checkpoint file or NULL */
   const char *trace;                         /* file or NULL */
-  double until;                              /* < 0: the scene's */
+  double until;                              /* < 0: as the scene says */
   double walltime;                           /* minutes; 0: no limit */
   double watchdog;                           /* seconds; 0: none */
   int steps;                                 /* < 0: no limit */
   int threads;                               /* 0: not given */
   int ranks;                                 /* 0: as many as were started */
   bool check, profile, quiet, overwrite, help, version;
-  char **arguments; /* as given, with the program first, ended by NULL */
+  char **arguments; /* the words as given, with the program first, ended by NULL */
 };
 
-/* name, letter or 0, argument, kind (SETTING: "key=value", may be repeated), least and most of a value,
- * member, verbs that take it, doc. */
+/* Options: name, letter (0: none), argument (0: none), kind (SETTING: "key=value", may be repeated), least
+ * and greatest value, member of struct kith_options, verbs that take it (~0u: all), doc. */
 #define KITH_OPTION_LIST(X)                                                                                  \
   X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),       \
     "use VALUE for KEY of the scene (dotted: method.kernel=cubic; KEY?=VALUE: if it means anything), often") \
@@ -89,16 +90,18 @@ struct kith_options {
 
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
 
-/* What carries out a verb. */
+/* Each verb is carried out by the function of its name. */
 #define X(name, argument, doc) enum kith_exit kith_##name(const struct kith_options *options);
 KITH_SCENE_VERBS(X)
 KITH_STUDY_VERBS(X)
 #undef X
 
-/* Ends the process with one line and code 2 if something is wrong, for --help and --version as below. */
+/* Parses the command line. Ends the process itself with one line and code 2 if something is wrong, and,
+ * through kith_exit_code, after --help and --version. */
 enum kith_verb_id kith_options_parse(struct kith_options *options, int argc, char **argv);
 
-/* What a program ends with: this, or a line and FAILED if what it printed could not be written. */
+/* Returns the exit code of a program that would end with `code`: prints a line and turns OK into FAILED if
+ * standard output could not be written. */
 enum kith_exit kith_exit_code(enum kith_exit code);
 
 #endif

@@ -51,7 +51,7 @@ kith_status kith_directory_make(const char *path) {
   return KITH_OK;
 }
 
-/* In the child: output goes to the log, then another program takes over. */
+/* In the child: sends output to the log, then becomes another program. */
 static void become(char *const *words, const char *log, double cpu_limit) {
   const int file = open(log, O_WRONLY | O_CREAT | O_APPEND, 0666);
   if (file >= 0) dup2(file, STDOUT_FILENO), dup2(file, STDERR_FILENO);
@@ -75,7 +75,7 @@ kith_status kith_process_run(char *const *words, const char *log, double cpu_lim
 
 double kith_process_age(void) {
   char text[1024] = "";
-  unsigned long long begun = 0; /* clock ticks after the machine started: field 22, 20 behind the name */
+  unsigned long long begun = 0; /* in clock ticks after boot: field 22 of stat, the 20th after the name */
   struct timespec now;
   FILE *f = fopen("/proc/self/stat", "r");
   if (f == NULL || clock_gettime(CLOCK_BOOTTIME, &now) != 0) return 0;

@@ -12,9 +12,10 @@ struct kith_programs {
   char inputs[KITH_PATH]; /* ".../inputs" */
 };
 
-/* The programs beside this one; `inputs` above it, below share/kith, or else in the working directory. */
+/* Finds the programs beside this one, and `inputs`: above it, below share/kith, or else in the working
+ * directory. */
 kith_status kith_programs_find(struct kith_programs *programs);
-/* Are both there, and one file or directory? */
+/* Are `a` and `b` the same existing file or directory? */
 bool kith_is_same_file(const char *a, const char *b);
 /* Creates a directory and its parents where they do not exist. */
 kith_status kith_directory_make(const char *path);
@@ -24,8 +25,8 @@ kith_status kith_directory_make(const char *path);
  * seconds of processor time after which SIGXCPU ends it; 0: none. It ends when this process ends. */
 kith_status kith_process_run(char *const *words, const char *log, double cpu_limit, int *code);
 
-/* Seconds since this process began, to a hundredth: loading comes before main. 0: not known, or so many that
- * the launcher has built the programs before it became this one. */
+/* Seconds since this process began, to a hundredth, which include loading it before main. 0: not known, or so
+ * many that the launcher has built the programs before it became this process. */
 double kith_process_age(void);
 
 /* Runs gnuplot on DIRECTORY/NAME.gp, which draws the pictures that it names there. UNSUPPORTED if there is no

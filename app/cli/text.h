@@ -6,12 +6,12 @@
 
 enum { KITH_TEXT_WIDTH = 100 };
 
-/* `label` at the left, the text behind column `indent`, wrapped there. */
+/* Writes `label` at the left, and `text` behind column `indent`, wrapped there. */
 void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text);
-/* "4.66 MiB" and "22.7 ms"; returns `text`. */
+/* Writes "4.7 MiB" and "22.7 ms"; returns `text`. */
 const char *kith_text_bytes(char text[32], double bytes);
 const char *kith_text_seconds(char text[32], double seconds);
-/* A number of a table behind a blank; what is 0 is not there: "-". */
+/* Writes a blank and a number of a table, or "-" unless it is above 0. */
 void kith_text_cell(FILE *out, int width, int digits, double value);
 
 #endif

@@ -1,4 +1,4 @@
-/* What one process needs for a scene, what a rank tells others: short runs. */
+/* Short runs that measure what one process needs for a scene, and what a rank exchanges with others. */
 #include "app/plan/calibration.h"
 
 #include <math.h>
@@ -8,7 +8,7 @@
 #include <time.h>
 #include "integrator/lifecycle.h"
 
-/* Processor time where there is one thread: other programs do not count. */
+/* Processor time if there is one thread, so that other programs do not count; else wall time. */
 static double seconds_now(void) {
   struct timespec t;
   if (omp_get_max_threads() > 1) return kith_seconds();
@@ -46,7 +46,7 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
   double first;
   KITH_TRY(kith_simulation_start(m));
   KITH_TRY(kith_evaluation_measure(m, &first));
-  const bool parts = it->nodes->activity != NULL; /* not all nodes are updated at a time */
+  const bool parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
   const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
   const double start = seconds_now();
   while (it->time < pilot->until) {
@@ -70,7 +70,7 @@ kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_opti
   return kith_scene_read(scene, o->subject, o->n_overrides + 1, overrides);
 }
 
-/* What is done with the scene at another resolution. */
+/* Calls `then` with a simulation of the scene at another resolution. */
 static kith_status with_resolution(const struct kith_options *o, double resolution, struct kith_ranks *ranks,
                                    kith_status (*then)(struct kith_simulation *, void *), void *context) {
   struct kith_scene *scene = NULL;
@@ -86,7 +86,7 @@ static kith_status with_resolution(const struct kith_options *o, double resoluti
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget) {
   const double part = fmin(pow(budget / cost, 1.0 / (NDIM + 1)), 0.8);
-  /* Whole and even, where that makes little difference: lattices and centers may need it. */
+  /* Takes a whole, even resolution where that makes little difference: lattices and centers may need it. */
   const double lower = part * resolution;
   *out = (struct kith_calibration){.resolution = lower > 10 ? 2 * round(0.5 * lower) : lower};
   struct pilot pilot = {until, 10 * budget, out};
@@ -98,7 +98,7 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
 /* ---- one rank of many ---- */
 
 static kith_status rehearse(struct kith_simulation *m, void *context) {
-  enum { STEPS = 20 }; /* a balance check among them */
+  enum { STEPS = 20 }; /* they include a check of the balance */
   struct kith_rehearsal *out = context;
   struct kith_integrator *it = &m->integrator;
   KITH_TRY(kith_simulation_start(m));

@@ -14,16 +14,16 @@
 #include "app/simulation/simulation.h"
 #include "app/cli/options.h"
 
-/* The scene of `options` at another resolution. */
+/* Reads the scene of `options` at another resolution. */
 kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_options *options,
                                double resolution);
 
-/* Seconds of one evaluation and the neighbor lists it needs, of a simulation that was started: the least of
- * up to 3, as many as half a second allows. */
+/* Measures the seconds of one evaluation and of the neighbor lists it needs, in a simulation that was
+ * started: the least of up to 3, as many as half a second allows. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
 struct kith_calibration {
-  double resolution, steps; /* of the run */
+  double resolution, steps; /* of the calibration run */
   double expected;          /* steps of the scene itself */
   double growth;
 };
@@ -32,14 +32,16 @@ struct kith_calibration {
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
 
-/* Of a step: evaluations of all nodes, collective calls, checks of the balance, and kith_halo_traffic. */
+/* Counts per step: evaluations of all nodes, collective calls, checks of the balance, and
+ * kith_halo_traffic. */
 struct kith_rehearsal {
   double evaluations, collectives, balance_checks;
 #define X(name, doc) double name;
   KITH_HALO_TRAFFIC_LIST(X)
 #undef X
 };
-/* 20 steps of the scene of `options` at this resolution, or until it ends. Any failure of a run. */
+/* Runs 20 steps of the scene of `options` at this resolution, fewer if it ends before. Fails as any run
+ * does. */
 kith_status kith_rehearsal_run(struct kith_rehearsal *out, const struct kith_options *options,
                                double resolution);
 

@@ -14,7 +14,7 @@ enum { MOST_RANKS = 16384, SHELLS = 64, TEMPLATES = 8, MOST_LAYERS = 4, SIDE = 2
 enum { RING = NDIM == 1 ? SIDE : NDIM == 2 ? SIDE * SIDE : SIDE * SIDE * SIDE };
 static const double MOST_POINTS = 1 << 22, MOST_MAP_SECONDS = 60;
 
-/* Ghosts as they are made, by cells; those that are kept, by rows. */
+/* MADE: ghosts as they are made, counted by cells. KEPT: those that culling keeps, counted by rows. */
 enum way { MADE, KEPT, WAYS };
 
 struct model {
@@ -22,23 +22,23 @@ struct model {
   const struct kith_scene *scene;
   const struct kith_step_cost *cost;
   int n_ranks;
-  double factor, widest; /* how many search radii away ghosts are; that of the largest one */
+  double factor, widest; /* ghosts are up to `factor` search radii away; the largest such distance */
   struct kith_cells cells;
   struct kith_partition *partition;
-  double *nodes, *work, *reach; /* [cells.n] number, work; how far from their cell nodes need others */
+  double *nodes, *work, *reach; /* [cells.n] number of nodes, work, how far from the cell they need others */
   double *load, *ghosts[WAYS], *peers[WAYS]; /* [n_ranks] */
   uint8_t *meets;                            /* [n_ranks][n_ranks] a bit for each way */
-  /* Of a scene that is laid out. */
+  /* Of a scene that is laid out: */
   int64_t *home; /* [n_internal] the cell of each node */
   int32_t *owner,
-      *seen; /* of all nodes: their rank, -1 of frozen ones, which all have; last rank that needs it */
-  kith_index *first, *next; /* [n_ranks], [n_internal]: the nodes of a rank; -1: no more */
-  /* Of one that is outlined: neighbors of nodes of the simulation, in spacings. */
+      *seen; /* [all nodes] their rank, -1 of frozen ones, which every rank has; last rank that needed it */
+  kith_index *first, *next; /* [n_ranks], [n_internal]: lists of the nodes of each rank; -1: the end */
+  /* Of a scene that is outlined; templates: the neighbors of some nodes of the simulation, in spacings. */
   int32_t *region;  /* [cells.n] */
   double *spacing;  /* [cells.n] */
   double *vector;   /* [template[last]][NDIM] */
-  size_t *template; /* [regions TEMPLATES + 1] where each begins */
-  double *radius;   /* [regions] search radius */
+  size_t *template; /* [regions TEMPLATES + 1] where each begins in `vector` */
+  double *radius;   /* [regions] search radius in spacings */
 };
 
 static double spacing_of(const struct model *o, kith_index i) {
@@ -71,7 +71,7 @@ static kith_status fill_cells(struct model *o) {
   return KITH_OK;
 }
 
-/* An image belongs to the rank of its node. */
+/* Finds the rank of each node; an image belongs to the rank of its node. */
 static kith_status find_owners(struct model *o) {
   const struct kith_nodes *nodes = o->simulation->nodes;
   const size_t all = (size_t)kith_nodes_count(nodes);
@@ -117,7 +117,8 @@ static int region_at(const struct kith_scene *scene, const double *x, kith_statu
   return last;
 }
 
-/* Nodes and spacing of a cell of this volume, by the region at x. A displacement is taken where it ends. */
+/* Adds to a cell the nodes of a volume in it, with their spacing, by the region at x. The displacement of the
+ * region is evaluated at x, although it is the place after it. */
 static kith_status outline_at(struct model *o, const double *site_volume, const double *x, int64_t cell,
                               double volume) {
   double place[NDIM], stretch = 1;
@@ -135,7 +136,7 @@ static kith_status outline_at(struct model *o, const double *site_volume, const 
   return KITH_OK;
 }
 
-/* Cells are sampled in their middle; few cells, in more points. */
+/* Outlines all cells, sampled in their middle or, if they are few, at more points. */
 static kith_status outline(struct model *o, const double *site_volume) {
   const int per_axis = o->cells.n > 1 << 16 ? 1 : 4, samples = (int)kith_pow_dim(per_axis);
   const double neighbors = o->simulation->package.neighbors;
@@ -155,7 +156,7 @@ static kith_status outline(struct model *o, const double *site_volume) {
   return KITH_OK;
 }
 
-/* The neighbors of node i, appended. */
+/* Appends the neighbors of node i, in spacings, to the templates. */
 static kith_status take_template(struct model *o, kith_index i, size_t *capacity, size_t *n) {
   const struct kith_rows *rows = rows_of(o);
   const double *x = o->simulation->nodes->position->f64, scale = 1 / spacing_of(o, i);
@@ -170,7 +171,7 @@ static kith_status take_template(struct model *o, kith_index i, size_t *capacity
   return KITH_OK;
 }
 
-/* Nodes of each region of the simulation, from all parts of it. */
+/* Takes the neighbors of up to TEMPLATES nodes of each region, from all parts of the simulation. */
 static kith_status take_templates(struct model *o) {
   const struct kith_nodes *nodes = o->simulation->nodes;
   const size_t regions = (size_t)o->scene->n_regions;
@@ -194,18 +195,18 @@ static kith_status take_templates(struct model *o) {
 
 /* ---- borders ---- */
 
-/* The cells around one, as far as its nodes need others. */
+/* The cells around one cell, as far away as its nodes need others. */
 struct ring {
   int layers, side, n_others;
   struct {
     int s;
     uint8_t place[NDIM];
-  } other[RING];       /* those of other ranks */
-  int32_t owner[RING]; /* -1: nothing is there */
+  } other[RING];       /* the cells of other ranks */
+  int32_t owner[RING]; /* rank of each; -1: there is no cell */
   uint8_t image[RING]; /* a bit for each axis along which a mirror shows the cell */
 };
 
-/* Cell k of an axis, behind its end: wrapped, mirrored, or -1. */
+/* Cell k of an axis, which may be beyond its ends: then wrapped, mirrored, or -1. */
 static int64_t behind(const struct model *o, int axis, int64_t k, uint8_t *image) {
   const int64_t count = o->cells.count[axis], mirrored = k < 0 ? -1 - k : 2 * count - 1 - k;
   if (k >= 0 && k < count) return k;
@@ -244,7 +245,7 @@ static void look_around(const struct model *o, int64_t c, struct ring *ring) {
   }
 }
 
-/* The ranks, with the images they need, that met a point so far. */
+/* The ranks, with the mirror images they need, for which a point counts as ghosts so far. */
 struct met {
   int n;
   int32_t of[RING];
@@ -260,7 +261,7 @@ static void meet(struct model *o, const struct ring *ring, int s, enum way way, 
   add_ghost(o, way, ring->owner[s], own, n);
 }
 
-/* Cells within reach of point t, in edges, of cell c. */
+/* Counts a point of cell c, at t in edges, as a ghost of the ranks whose cells are within its reach. */
 static void meet_cells(struct model *o, const struct ring *ring, int64_t c, const double *t, double n) {
   struct met met = {0};
   double d2[NDIM][SIDE];
@@ -279,7 +280,7 @@ static void meet_cells(struct model *o, const struct ring *ring, int64_t c, cons
   }
 }
 
-/* The cells of the neighbors that a node would have there. */
+/* Counts such a point as a ghost of the ranks in whose cells the neighbors of a node there would be. */
 static void meet_neighbors(struct model *o, const struct ring *ring, int64_t c, const double *t, size_t one,
                            double n) {
   struct met met = {0};
@@ -293,7 +294,8 @@ static void meet_neighbors(struct model *o, const struct ring *ring, int64_t c, 
   }
 }
 
-/* Points stand elsewhere in each cell, so that all cells together know small parts of one. */
+/* Counts ghosts at points of each cell. The points stand elsewhere in each cell, so that all cells together
+ * sample small parts of one. */
 static void count_borders(struct model *o) {
   static const double golden[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   const int samples = (int)fmin(fmax(MOST_POINTS / (double)o->cells.n, 1), 64);
@@ -323,7 +325,8 @@ static void count_peers(struct model *o) {
 
 /* ---- times ---- */
 
-/* Of some ranks: how many they talk to when lists are rebuilt, and of how many cells. */
+/* Means over some ranks: how many neighbors they talk to when lists are rebuilt, and how many cells they
+ * send. */
 static kith_status measure_shells(const struct model *o, double *neighbors, double *cells) {
   struct kith_shell shell = {0};
   int n = 0;
@@ -337,7 +340,8 @@ static kith_status measure_shells(const struct model *o, double *neighbors, doub
   return KITH_OK;
 }
 
-/* A rank computes for its part of the work, and for ghosts in stages that treat them as nodes. */
+/* Sets times, messages and bytes of a step (forecast.h): a rank computes its part of the work, and for ghosts
+ * the stages that treat them as nodes. */
 static kith_status take_times(const struct model *o, struct kith_forecast *f) {
   const struct kith_step_cost *cost = o->cost;
   const struct kith_rehearsal *say = &cost->rehearsal;
@@ -379,7 +383,7 @@ static kith_status allocate(struct model *o) {
   return KITH_OK;
 }
 
-/* Refused at once, where it would take minutes. */
+/* Maps cells to ranks. UNSUPPORTED, at once, where that would take the partitioner minutes. */
 static kith_status map(struct model *o, const char *partitioner) {
   char name[32];
   snprintf(name, sizeof name, "%.*s", (int)strcspn(partitioner, ":"), partitioner);
@@ -423,7 +427,7 @@ static void clear(struct model *o) {
   kith_partition_destroy(&o->partition);
 }
 
-/* Cells, and what is in them. */
+/* Makes the cells of an outlined scene, and estimates what is in them. */
 static kith_status outline_cells(struct model *o, const bool *periodic) {
   const double neighbors = o->simulation->package.neighbors;
   double *site_volume = NULL, sites, least = INFINITY;

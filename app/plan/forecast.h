@@ -3,7 +3,7 @@
  * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
  * start. A partitioner makes its first map and continues until it changes nothing (at most 20 times). The
  * ghosts of a rank are the nodes and images of others in the rows of its nodes: what culling keeps.
- * Before, ghosts are made by cells: what is within reach of cells of a rank, at points of cells.
+ * Before culling, ghosts are made by cells: those within reach of cells of a rank, judged at points of cells.
  *  A scene that is too large to be laid out here is outlined: its regions and their lattices say how many
  * nodes a cell has. The neighbors of nodes of the same scene with fewer nodes, in spacings, stand around
  * points of its cells, and say which ranks need them.
@@ -22,7 +22,7 @@
 #include "app/plan/calibration.h"
 
 struct kith_step_cost {
-  double seconds;  /* T */
+  double seconds;  /* T of the equations above */
   double of_items; /* g */
   double images;   /* ghosts of one process */
   struct kith_rehearsal rehearsal;
@@ -37,9 +37,9 @@ struct kith_forecast {
   double seconds, efficiency;       /* of a step; T over seconds and cores */
 };
 
-/* Of a started simulation without ranks: of its own scene, which is laid out, or with fewer nodes, and the
- * scene is outlined. BAD_INPUT: more than 16384 ranks, or ghosts:
- * recompute; UNSUPPORTED: a map that would take the partitioner more than a minute. */
+/* Forecasts a scene on n_ranks ranks. `simulation`, started and without ranks, is that of the scene itself,
+ * which is then laid out, or has fewer nodes, and the scene is outlined. BAD_INPUT: more than 16384 ranks, or
+ * ghosts: recompute; UNSUPPORTED: a map that would take the partitioner more than a minute. */
 kith_status kith_forecast_ranks(const struct kith_scene *scene, const struct kith_simulation *simulation,
                                 const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
                                 struct kith_forecast *out);

@@ -22,15 +22,15 @@ enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
 struct plan {
   struct kith_scene *scene;
   struct kith_scene *coarse; /* NULL: the scene itself is simulated; else at a lower resolution */
-  double copies, finer;      /* nodes of the scene over those of the simulation; spacings the other way */
+  double copies, finer;      /* ratio of nodes, scene to simulation; ratio of spacings, simulation to scene */
   struct kith_profile *profile;
   struct kith_simulation *simulation;
   double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
-  double evaluation; /* seconds of one at the start */
-  double growth;     /* of these along the run */
+  double evaluation; /* seconds of one evaluation at the start */
+  double growth;     /* mean time of an evaluation along the run over that at the start */
 };
 
-/* "  label         text". An empty label continues the line above. */
+/* Prints "  label         text". An empty label continues the line above. */
 __attribute__((format(printf, 2, 3))) static void line(const char *label, const char *format, ...) {
   char text[2048], indented[32];
   va_list arguments;
@@ -45,7 +45,7 @@ struct text {
   char s[1024];
 };
 
-/* Appends to a text, `between` items. */
+/* Appends an item to a text, `between` in front unless it is the first. */
 __attribute__((format(printf, 3, 4))) static void add(struct text *text, const char *between,
                                                       const char *format, ...) {
   size_t used = strlen(text->s);
@@ -57,7 +57,7 @@ __attribute__((format(printf, 3, 4))) static void add(struct text *text, const c
   va_end(arguments);
 }
 
-/* The parameters of a table but for its maps: "gamma 1.4, stiffness 0". */
+/* Appends the parameters of a table, without its maps: "gamma 1.4, stiffness 0". */
 static void add_settings(struct text *text, const struct kith_param *params, const void *settings) {
   char value[64];
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
@@ -94,7 +94,7 @@ static double entries(const struct kith_rows *rows) {
   return rows->n > 0 ? (double)rows->first[rows->n] : 0;
 }
 
-/* The pairwise fields of a list; returns how many there are. */
+/* Prints the pairwise fields of a list; returns how many there are. */
 static int show_pairwise(const struct kith_pairs *pairs) {
   const int n = pairs->fields != NULL ? pairs->fields->n : 0;
   for (int k = 0; k < n; ++k) {
@@ -156,7 +156,8 @@ static void show_lifecycle(const struct kith_simulation *m) {
     line("reordering", "never");
 }
 
-/* The stages directly below the package's: its passes in the order of their first call, per evaluation. */
+/* Prints the passes of the package, which are the stages directly below it, in the order of their first call,
+ * per evaluation. */
 static void show_passes(const struct plan *plan) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(plan->profile, &stage);
@@ -173,7 +174,7 @@ static void show_passes(const struct plan *plan) {
   line("passes", "%s", text.s);
 }
 
-/* The parameters of the package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
+/* Prints the parameters of a package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
 static void show_settings(const char *label, const struct kith_param *params, const void *settings) {
   struct text text = {""};
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
@@ -182,7 +183,8 @@ static void show_settings(const char *label, const struct kith_param *params, co
   if (text.s[0] != '\0') line(label, "%s", text.s);
 }
 
-/* Whether gas at rest stays on the lattices of the scene: the elastic ones of kith_lattice_stiffness(). */
+/* Prints whether gas at rest stays on each lattice of the scene, as it does where kith_lattice_stiffness() is
+ * positive. */
 static void show_lattices(const struct plan *plan) {
   const struct kith_scene *scene = plan->simulation->scene;
   const struct kith_package *p = &plan->simulation->package;
@@ -260,18 +262,20 @@ static void show_dt(const struct plan *plan) {
          (long long)limit->node, kith_limit_name(limit->reason));
 }
 
-/* Steps that grow as the integrator lets them (KITH_GROWTH) up to the full dt, which then stays. */
+/* Number of steps up to `until`, which grow as the integrator lets them (KITH_GROWTH) up to the full dt, and
+ * then stay. */
 static double expected_steps(double first, double full, double until) {
   double steps = 0, time = 0;
   for (double dt = first; dt < full && time < until; dt *= KITH_GROWTH) time += dt, steps += 1;
   return steps + (time < until ? ceil((until - time) / full) : 0);
 }
 
-/* Scenes that cost more than a second are calibrated: the larger that run is, the more reliable. */
+/* Prints steps and cost. Scenes that cost more than a second are calibrated: the larger that run is, the more
+ * reliable. */
 static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings),
-             parts = it->nodes->activity != NULL; /* not all nodes are updated at a time */
+             parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
   const double evaluation = it->evaluations * plan->evaluation;
   struct kith_calibration c = {.growth = 1};
   char time[32], all[32];
@@ -283,7 +287,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   const bool calibrated =
       guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
                                          fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
-  if (!calibrated) c.growth = 1; /* a run that failed leaves none */
+  if (!calibrated) c.growth = 1; /* a run that failed leaves it 0 */
   plan->growth = c.growth;
   if (calibrated && !fixed) steps = c.expected;
   const char *label = parts ? "updates" : "steps";
@@ -303,7 +307,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
        omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
 }
 
-/* Of the updates of a global step, those that each node's own limit asks for at the start. */
+/* The part of the updates of a global step that the limits of the nodes themselves ask for at the start. */
 static double share_of_updates(const struct plan *plan) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   double sum = 0;
@@ -313,8 +317,8 @@ static double share_of_updates(const struct plan *plan) {
   return sum / it->nodes->n_internal;
 }
 
-/* Model no more than a scene needs: settings that save time, and their trade-off. Block steps pay where steps
- * differ much: a tick costs more than a step of as many nodes, and steps are rounded down. */
+/* Prints settings that would save time, and their trade-off: model no more than a scene needs. Block steps
+ * pay where steps differ much: a tick costs more than a step of as many nodes, and steps are rounded down. */
 static void show_cheaper(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
@@ -349,7 +353,7 @@ static void show_cheaper(const struct plan *plan) {
     if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";
 }
 
-/* A line for a partitioner, or why there is none. */
+/* Prints the line of a partitioner, or why there is none. */
 static void show_forecast(const char *partitioner, kith_status status, const struct kith_forecast *f) {
   char bytes[32], seconds[32];
   if (status != KITH_OK) {
@@ -362,7 +366,7 @@ static void show_forecast(const char *partitioner, kith_status status, const str
   fflush(stdout); /* the next one may take seconds */
 }
 
-/* The part of the time at the start that stages take which treat ghosts as nodes. */
+/* The part of the time at the start that is spent in stages which treat ghosts as nodes: g of forecast.h. */
 static double part_of_items(const struct plan *plan) {
   static const char *const names[] = {"ghosts", "neighbors", "cull", "patch"};
   const struct kith_stage *stage;
@@ -376,7 +380,7 @@ static double part_of_items(const struct plan *plan) {
   return all > 0 ? items / all : 0;
 }
 
-/* T and the rest of forecast.h: some thousand nodes rehearse what ranks tell each other. */
+/* Fills in T and the other inputs of forecast.h; some thousand nodes rehearse what ranks tell each other. */
 static kith_status cost_of_step(const struct plan *plan, const struct kith_options *options,
                                 struct kith_step_cost *cost) {
   enum { REHEARSE_NODES = 2000 };
@@ -390,8 +394,8 @@ static kith_status cost_of_step(const struct plan *plan, const struct kith_optio
   return KITH_OK;
 }
 
-/* What each partitioner would make of the scene on N ranks, which may be thousands (forecast.h); of a large
- * scene, that of the scene alone. */
+/* Prints what each partitioner would make of the scene on N ranks, which may be thousands (forecast.h); of a
+ * large scene only the partitioner that the scene chooses. */
 static kith_status show_ranks(const struct plan *plan, const struct kith_options *options) {
   const struct kith_simulation *m = plan->simulation;
   const int n_ranks = options->ranks;
@@ -444,7 +448,8 @@ static void show(struct plan *plan, const struct kith_options *options, double u
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 
-/* A scene that is too large for this is simulated at a lower resolution. */
+/* Reads the scene; if it is too large to be laid out here, also at a lower resolution, to be simulated
+ * instead. */
 static kith_status read_scenes(struct plan *plan, const struct kith_options *o) {
   double *site_volume = NULL, sites = 0, coarse = 0;
   plan->copies = plan->finer = 1;
@@ -461,7 +466,7 @@ static kith_status read_scenes(struct plan *plan, const struct kith_options *o) 
   return status;
 }
 
-/* The rates at the start, and how long they take. */
+/* Evaluates the rates at the start, and measures how long that takes. */
 static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
   KITH_TRY(read_scenes(plan, o));
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));

@@ -13,7 +13,7 @@
 
 enum { DEEPEST = 32, MOST_KEYS = 256, LARGEST = 1 << 20 };
 
-/* A copy of a string in kith_resize memory. */
+/* Copies a string to kith_resize memory. */
 static kith_status text_copy(char **out, const char *text, size_t length) {
   KITH_TRY(kith_resize(out, 0, length + 1, 1));
   memcpy(*out, text, length);
@@ -47,7 +47,7 @@ void kith_config_path(const struct kith_config_node *node, const char *key, char
   if (key != NULL) snprintf(path + used, size - used, "%s%.64s", used > 0 ? "." : "", key);
 }
 
-/* A message is one line, whatever the file holds. */
+/* Fails with the message in one line, whatever the file holds: control characters become '?'. */
 static kith_status refuse(char *line) {
   for (char *p = line; *p != '\0'; ++p)
     if ((unsigned char)*p < ' ' || *p == 0x7f) *p = '?';
@@ -80,7 +80,7 @@ kith_status kith_config_want(const struct kith_config_node *node, enum kith_conf
 
 static void node_destroy(struct kith_config_node **node);
 
-/* Of all that is in it and must mean something. */
+/* The latest layer of the values in a node, without optional ones; INT_MIN: there are none. */
 static int last_layer(const struct kith_config_node *node) {
   int last = node->n > 0 || node->location.optional ? INT_MIN : node->location.layer;
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
@@ -92,7 +92,6 @@ bool kith_config_is_older(const struct kith_config_node *node, const struct kith
   return last_layer(node) < (choice != NULL ? choice->location.layer : INT_MIN + 1);
 }
 
-/* Leaves a null. */
 void kith_config_drop(struct kith_config_node *node) {
   for (struct kith_config_node *child = node->first, *next; child != NULL; child = next) {
     next = child->next;
@@ -110,7 +109,7 @@ static void node_destroy(struct kith_config_node **node) {
   kith_free(node);
 }
 
-/* A null; `key` is copied. BAD_INPUT for what lies too deep. */
+/* Adds a null to `parent` (NULL: makes a root); `key` is copied. BAD_INPUT if it is nested too deep. */
 static kith_status node_add(struct kith_config_node **out, struct kith_config_node *parent, const char *key,
                             size_t length, struct kith_source_location location) {
   int depth = 0;
@@ -161,11 +160,11 @@ const struct kith_config_node *kith_config_at(const struct kith_config *config, 
 
 struct reader {
   yaml_parser_t parser;
-  yaml_event_t event; /* the present one; empty before the first */
+  yaml_event_t event; /* the present one; empty before the first is read */
   const char *file, *text;
   size_t length;
   bool has_lines;                  /* false: an override */
-  struct kith_config_node *target; /* gets the document */
+  struct kith_config_node *target; /* the root of the tree that is read */
 };
 
 static struct kith_source_location event_location(const struct reader *r) {
@@ -179,7 +178,8 @@ static kith_status fail_here(const struct reader *r, struct kith_config_node *no
   return kith_config_fail(node, key, "%s", what);
 }
 
-/* libyaml's complaint with its line; what it could not even decode has an offset only. */
+/* Fails with libyaml's message and its line. For text that could not be decoded libyaml gives an offset only,
+ * up to which lines are counted. */
 static kith_status fail_syntax(const struct reader *r) {
   const yaml_parser_t *p = &r->parser;
   if (p->error == YAML_MEMORY_ERROR) KITH_FAIL(NO_MEMORY, "no memory to parse %.200s", r->file);
@@ -199,14 +199,15 @@ static kith_status next_event(struct reader *r) {
   return yaml_parser_parse(&r->parser, &r->event) ? KITH_OK : fail_syntax(r);
 }
 
-/* No anchor, no tag: they stand first in the data of events that begin a value; an alias is an anchor. */
+/* Refuses anchors and tags, which come first in the data of all events that begin a value; aliases are
+ * refused as anchors. */
 static kith_status check_plain(const struct reader *r, struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
   if (e->data.scalar.anchor != NULL) return fail_here(r, node, NULL, "anchors and aliases are not supported");
   return e->data.scalar.tag != NULL ? fail_here(r, node, NULL, "tags are not supported") : KITH_OK;
 }
 
-/* Is the event a key that the map has not yet? */
+/* Checks that the event is a key, and one that the map does not have yet. */
 static kith_status check_key(const struct reader *r, struct kith_config_node *map) {
   const char *text = (const char *)r->event.data.scalar.value;
   const size_t length = r->event.type == YAML_SCALAR_EVENT ? r->event.data.scalar.length : 0;
@@ -222,7 +223,7 @@ static kith_status check_key(const struct reader *r, struct kith_config_node *ma
 
 static kith_status read_node(struct reader *r, struct kith_config_node *node);
 
-/* The entries of a map or a list, up to its end. */
+/* Reads the entries of a map or a list, up to its end. */
 static kith_status read_children(struct reader *r, struct kith_config_node *node) {
   const bool map = node->kind == KITH_CONFIG_MAP;
   for (;;) {
@@ -237,7 +238,7 @@ static kith_status read_children(struct reader *r, struct kith_config_node *node
   }
 }
 
-/* The value that the event begins. */
+/* Reads the value that the present event begins. */
 static kith_status read_node(struct reader *r, struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
   KITH_TRY(check_plain(r, node));
@@ -266,7 +267,7 @@ static kith_status read_stream(struct reader *r, struct kith_config_node *node) 
   return KITH_OK;
 }
 
-/* Fills the node, which holds nothing yet. */
+/* Parses the text of the reader into `node`, which holds nothing yet. */
 static kith_status read_document(struct reader *r, struct kith_config_node *node) {
   if (!yaml_parser_initialize(&r->parser)) KITH_FAIL(NO_MEMORY, "no memory for a YAML parser");
   yaml_parser_set_input_string(&r->parser, (const unsigned char *)r->text, r->length);
@@ -321,8 +322,8 @@ static kith_status read_one(struct kith_config **out, const char *path) {
   return status;
 }
 
-/* The node at a dotted path, which is made if need be: an entry of a list must be there, and a single value
- * has no keys. *out: NULL if a word of the path is empty. */
+/* Finds the node at a dotted path, and makes it where it is missing: but entries of a list must exist, and a
+ * single value has no keys. *out: NULL if a word of the path is empty. */
 static kith_status reach(struct kith_config_node *root, const char *path, size_t length,
                          struct kith_source_location location, struct kith_config_node **out) {
   struct kith_config_node *node = root;
@@ -369,7 +370,7 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
   return KITH_OK;
 }
 
-/* The value of `from`, which is left a null. */
+/* Moves the value of `from` to `node`; `from` is left a null. */
 static void node_take(struct kith_config_node *node, struct kith_config_node *from) {
   kith_config_drop(node);
   node->kind = from->kind, node->null = from->null, node->quoted = from->quoted;
@@ -380,13 +381,13 @@ static void node_take(struct kith_config_node *node, struct kith_config_node *fr
   kith_config_drop(from);
 }
 
-/* These are of a base. */
+/* Moves all values of a tree, which is that of a base, to an earlier layer. */
 static void demote(struct kith_config_node *node) {
   --node->location.layer;
   for (struct kith_config_node *child = node->first; child != NULL; child = child->next) demote(child);
 }
 
-/* A value that the file itself has put there, but not its base; NULL: none. */
+/* Returns the first value in `node` that the file itself has set, not its base; NULL: there is none. */
 static const struct kith_config_node *own_value(const struct kith_config_node *node) {
   const struct kith_config_node *own =
       node->kind == KITH_CONFIG_SCALAR && !node->null && node->location.layer == 0 ? node : NULL;
@@ -453,14 +454,14 @@ static int add_text(yaml_document_t *document, const char *text, bool quoted) {
                                   quoted ? YAML_SINGLE_QUOTED_SCALAR_STYLE : YAML_PLAIN_SCALAR_STYLE);
 }
 
-/* Lists of numbers and words stay on one line. */
+/* Is it a list of single values, which stays on one line? */
 static bool flat(const struct kith_config_node *node) {
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next)
     if (child->kind != KITH_CONFIG_SCALAR) return false;
   return true;
 }
 
-/* Its number in the document; 0: no memory. */
+/* Adds a node; returns its number in the document, or 0 if there is no memory. */
 static int add_node(yaml_document_t *document, const struct kith_config_node *node, bool one_line) {
   const bool map = node->kind == KITH_CONFIG_MAP;
   if (node->kind == KITH_CONFIG_SCALAR)

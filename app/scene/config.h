@@ -6,9 +6,9 @@
  * Parsed by libyaml. Overrides "a.b.c=value" (value is YAML; entries of lists are counted from 0) replace a
  * value or add it. Typed reading is in params.h.
  *
- * A scene may begin with `base: other.yaml` (found from its own folder): it is then that other scene, but for
- * its name, with every further key put over it as by --set: `regions.0.pressure: 1000`; none may replace what
- * another of the same file has put there.
+ * A scene may begin with `base: other.yaml` (a path from its own folder): it is then that other scene,
+ * without its name, in which every further key sets a value as --set does: `regions.0.pressure: 1000`. No key
+ * may replace what another key of the same file has set.
  *
  * Refused: what libyaml refuses, anchors, aliases and tags, a second document, keys that are not words, the
  * same key twice, more than 256 keys in a map, nesting deeper than 32, files above 1 MiB. */
@@ -17,12 +17,12 @@
 
 #include "lib/core/base.h"
 
-/* Where a value stands, for messages: view of the config's strings. */
+/* Where a value stands, for messages. The strings belong to the config. */
 struct kith_source_location {
   const char *file;
   int line;      /* from 1; 0: not in a file but in an override */
   int layer;     /* later ones replace earlier ones: overrides 1, the file 0, its base -1, ... */
-  bool optional; /* of an override: where it means nothing it is dropped */
+  bool optional; /* of an override: it is dropped where it means nothing */
 };
 
 enum kith_config_kind { KITH_CONFIG_SCALAR, KITH_CONFIG_LIST, KITH_CONFIG_MAP };
@@ -43,46 +43,50 @@ struct kith_config_node {
 struct kith_config {
   char *file;
   struct kith_config_node *root; /* a map */
-  struct kith_config *base; /* owned: what it was put over, as some places are in its file; NULL: nothing */
+  struct kith_config *base;      /* owned: read from `base`, for locations in its file; NULL: none */
 };
 
-/* BAD_INPUT with one line for whatever is wrong, also for a file that cannot be read. */
+/* Reads a config. BAD_INPUT with one line for whatever is wrong, also for a file that cannot be read. */
 kith_status kith_config_read(struct kith_config **out, const char *path);
-/* The same from memory; `name` stands for the file in messages. */
+/* Reads a config from memory; `name` stands for the file in messages. */
 kith_status kith_config_parse(struct kith_config **out, const char *name, const char *text, size_t length);
 void kith_config_destroy(struct kith_config **config);
 
-/* Applies "a.b.c=value", or "a.b.c?=value", which holds where the key means anything. Whether it is known is
- * found when the tree is read. */
+/* Applies "a.b.c=value", or "a.b.c?=value", which is dropped where the key means nothing. A key that is not
+ * known is found when the tree is read. */
 kith_status kith_config_override(struct kith_config *config, const char *assignment);
-/* A tree as YAML: file order, one way of writing each value, no comments; on one line, or a map and a list of
- * maps on a line for each entry. *text: kith_resize memory, owned by the caller. */
+/* Writes a tree as YAML: in file order, each value in one way, without comments; on one line, or with a line
+ * for each entry of a map and of a list of maps. *text: kith_resize memory, owned by the caller. */
 kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text);
 
-/* Did all that is in a node come before what makes it meaningless, as by --set? Then it is no mistake: one
- * scene serves all. choice NULL: a default. */
+/* Were all values in `node` set in an earlier layer than `choice`, which makes them meaningless? Then it is
+ * no mistake, and they can be dropped: one scene file serves all values that --set gives to `choice`. choice
+ * NULL: a default, earlier than which are only optional values. */
 bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice);
 /* Makes a node null: as if it were not given. */
 void kith_config_drop(struct kith_config_node *node);
-/* The child of a map (or, by number, of a list); NULL if it is not there or null, or if `node` is NULL. */
+/* The child of a map by key, or of a list by number; NULL if it is not there or null, or if `node` is
+ * NULL. */
 const struct kith_config_node *kith_config_child(const struct kith_config_node *node, const char *key);
 /* The value at a dotted path from the root, or NULL. */
 const struct kith_config_node *kith_config_at(const struct kith_config *config, const char *path);
 
-/* "regions.0.density": the path of a node, or of its child `key`. */
+/* Writes "regions.0.density": the path of a node, or of its child `key` unless that is NULL. */
 void kith_config_path(const struct kith_config_node *node, const char *key, char *path, size_t size);
-/* Records "location: path: message", BAD_INPUT. `key`: of a child that is not there; NULL: `node` itself. */
+/* Fails with BAD_INPUT and "location: path: message". `key`: names a child that is not there; NULL: the
+ * message is about `node` itself. */
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* BAD_INPUT unless it is of this kind. */
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
-/* The path of the file that a node names, which is found from the folder of the node's own file. */
+/* Writes the path of the file that a node names, which is relative to the folder of the node's own file;
+ * returns it. */
 const char *kith_config_beside(const struct kith_config_node *node, char *path, size_t size);
-/* Letters of a path up to its last '/'; 0: there is none. */
+/* Length of a path up to its last '/', which is included; 0: there is none. */
 int kith_path_folder(const char *path);
-/* The name of a file without folders and ending. */
+/* Writes the name of a file without folders and ending. */
 void kith_path_stem(const char *path, char *stem, size_t size);
-/* Can it name a file? No '/', no '.' in front, no control characters, not nothing. */
+/* Can it name a file? It must not be empty, begin with '.', or have '/' or control characters. */
 bool kith_path_is_name(const char *name);
 
 #endif

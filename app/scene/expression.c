@@ -9,14 +9,14 @@ struct kith_expression {
   muParserHandle_t parser; /* owned */
   char *formula;           /* owned, on one line */
   muFloat_t x[3], r, t;    /* the parser's variables point here */
-  bool constant, timed;    /* without variables; with t */
+  bool constant, timed;    /* it has no variables; it has t */
 };
 
 static kith_status refused(const struct kith_expression *self) {
   KITH_FAIL(BAD_INPUT, "formula '%s': %s", self->formula, mupGetErrorMsg(self->parser));
 }
 
-/* The parser would take `x = 0` as an assignment and give 0: always a slip for `==`. */
+/* Refuses `x = 0`, which the parser would take as an assignment of value 0: always a slip for `==`. */
 static kith_status no_assignment(const struct kith_expression *self) {
   const char *f = self->formula;
   for (size_t i = 0; f[i]; ++i) {
@@ -29,7 +29,8 @@ static kith_status no_assignment(const struct kith_expression *self) {
   return KITH_OK;
 }
 
-/* The parser reads the formula at the first evaluation; its value does not matter here. */
+/* Evaluates the formula once, since the parser reads it at the first evaluation; the value does not matter
+ * here. */
 static kith_status parse(struct kith_expression *self) {
   KITH_TRY(no_assignment(self));
   mupSetExpr(self->parser, self->formula);

@@ -27,7 +27,7 @@ static void add_params(char *text, size_t size, const char *map, const struct ki
   }
 }
 
-/* What is no family of objects. */
+/* Tables of what is not a family of objects. */
 #define NAMED(name, doc) {#name, doc, NULL, 0},
 #define LISTED(name, word, doc) {#word, doc, NULL, 0},
 #define KERNEL(name, word, doc, ...) {word, doc, NULL, 0},
@@ -39,7 +39,7 @@ static const struct kith_member kernels[] = {KITH_KERNEL_LIST(KERNEL){0}},
                                 tables[] = {KITH_TABLE_LIST(TABLE){0}};
 
 static const struct family {
-  const char *name, *doc, *key; /* key of a scene that chooses */
+  const char *name, *doc, *key; /* the key of a scene that chooses a member */
   kith_family *family;
   const struct kith_member *members;
 } families[] = {
@@ -77,7 +77,8 @@ static void print_family(const struct family *family) {
     snprintf(text, sizeof text, "%s", m.doc);
     add_params(text, sizeof text, "", m.params);
     snprintf(label, sizeof label, "    %s", m.name);
-    if (family->members != measures) kith_choices_format(m.name, label + 4, sizeof label - 4); /* no keys */
+    if (family->members != measures)
+      kith_choices_format(m.name, label + 4, sizeof label - 4); /* measures are keys, written as they are */
     kith_text_wrapped(stdout, 26, label, text);
   }
 }
@@ -85,7 +86,7 @@ static void print_family(const struct family *family) {
 enum kith_exit kith_list(const struct kith_options *options) {
   char subjects[512] = "scene";
   const struct kith_param row = {.kind = KITH_PARAM_CHOICE, .allowed = subjects, .size = sizeof(int)};
-  int one = -1; /* 0: the scene, else a family; -1: all families */
+  int one = -1; /* 0: the keys of a scene; f + 1: family f; -1: all families */
   for (int f = 0; f < FAMILIES; ++f) strcat(strcat(subjects, "|"), families[f].name);
   if (options->subject != NULL && kith_param_parse(&row, options->subject, &one) != KITH_OK) {
     fprintf(stderr, "kith: list: %s\n", kith_failure());

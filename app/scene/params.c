@@ -10,7 +10,7 @@ enum { LONGEST_FORMULA = 1000, ROOM = 512 };
 
 static const char *const dimension_keys[] = {"1d", "2d", "3d"};
 
-/* A number is handed on with all its digits. */
+/* Reads a formula; a single number is passed to the parser with all its digits. */
 static kith_status read_expression(const struct kith_config_node *node, void *into) {
   static const struct kith_param number = {.kind = KITH_PARAM_NUMBER, .allowed = ""};
   struct kith_expression *expression = NULL;
@@ -37,7 +37,8 @@ static kith_status read_scalar(const struct kith_param *param, const struct kith
   return status == KITH_BAD_INPUT ? kith_config_fail(node, NULL, "%s", kith_failure()) : status;
 }
 
-/* {1d: .., 2d: .., 3d: ..}: the value of this dimension; others are checked if that needs no memory. */
+/* Reads {1d: .., 2d: .., 3d: ..}: takes the value of this dimension, and checks the others if reading them
+ * needs no memory. */
 static kith_status read_by_dimension(const struct kith_param *param, const struct kith_config_node *node,
                                      void *into) {
   char unused[ROOM];
@@ -57,7 +58,7 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
   return kith_config_fail(node, key, "missing, and the scene is %d-D", root->dimension);
 }
 
-/* As many as `into` holds; vectors may have more, up to 3: these are checked, and dropped. */
+/* Reads as many entries as `into` holds. Vectors may have more, up to 3, which are checked and dropped. */
 static kith_status read_entries(const struct kith_param *param, const struct kith_config_node *node,
                                 void *into) {
   union {
@@ -137,11 +138,12 @@ static const struct kith_param *find_chooser(const struct kith_param *params) {
   return NULL;
 }
 
-/* All rows that a map may have: those of the table, then those of each member that can be chosen. */
+/* Iterates over all rows that a map may have: those of the table, then those of each member that can be
+ * chosen. */
 struct rows {
   const struct kith_param *next;
   kith_family *family; /* NULL: none can be chosen */
-  int members;         /* whose rows were begun */
+  int members;         /* how many were begun */
 };
 
 static struct rows rows_of(const struct kith_param *params) {
@@ -157,7 +159,7 @@ static const struct kith_param *next_row(struct rows *r) {
   return r->next++;
 }
 
-/* BAD_INPUT for a key that no row has. Members may share keys: each is shown once. */
+/* BAD_INPUT for a key that no row has. Members may share keys: the message names each once. */
 static kith_status check_key(const struct kith_param *params, const struct kith_config_node *child) {
   char known[512] = "", told[512];
   const struct kith_param *p;
@@ -168,12 +170,13 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
   }
   const bool near = kith_choices_suggest(known, child->key, told, sizeof told);
   if (!near) kith_choices_format(known, told, sizeof told);
-  for (char *c = told; (c = strchr(c, '-')) != NULL;) *c = '_'; /* as keys are written */
+  for (char *c = told; (c = strchr(c, '-')) != NULL;) *c = '_'; /* keys are written with '_' */
   return near ? kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", told)
               : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
-/* Members of the family that have the key, "mfm, sph". Is this one the first of them? */
+/* Writes the members of the family that have the key, "mfm, sph". Returns whether this member is the first of
+ * them. */
 static bool list_owners(const char *key, kith_family *family, int member, char *names, size_t size) {
   int first = -1;
   for (int k = 0; family(k).name != NULL; ++k) {
@@ -184,8 +187,8 @@ static bool list_owners(const char *key, kith_family *family, int member, char *
   return first == member;
 }
 
-/* A value that only others than the chosen member have. It is refused, unless what chooses the member came
- * later, as by --set: one scene serves all then, and the value is dropped. */
+/* Checks a value that the chosen member does not have, but other members do. It is refused, unless the member
+ * was chosen in a later layer, as by --set: then it is dropped, so that one scene serves all members. */
 static kith_status check_other(const struct kith_param *chooser, struct kith_member chosen,
                                const struct kith_config_node *map, struct kith_config_node *child) {
   char owners[ROOM] = "";
@@ -199,7 +202,7 @@ static kith_status check_other(const struct kith_param *chooser, struct kith_mem
   return KITH_OK;
 }
 
-/* The row of the table that another row needs; holds: is this value of it what that wants? */
+/* needed_row: the row of the table that another row needs. holds: does this value of it satisfy the need? */
 static const struct kith_param *needed_row(const struct kith_param *params, const struct kith_param *p) {
   char key[ROOM];
   snprintf(key, sizeof key, "%.*s", (int)strcspn(p->needs, "!="), p->needs);
@@ -210,7 +213,7 @@ static bool holds(const struct kith_param *p, const char *value) {
   return (strcmp(value, wanted + 1) == 0) == (wanted[-1] != '!');
 }
 
-/* A value that means nothing beside another one is refused, or dropped as above. */
+/* Refuses a value that means nothing beside the value of another key, or drops it as check_other does. */
 static kith_status check_needs(const struct kith_param *params, const struct kith_config_node *map,
                                const void *base) {
   for (struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL; child = child->next) {
@@ -227,7 +230,7 @@ static kith_status check_needs(const struct kith_param *params, const struct kit
   return KITH_OK;
 }
 
-/* The rows of the member that was chosen, from the same map. */
+/* Reads the rows of the chosen member from the same map. */
 static kith_status read_member(const struct kith_param *params, const struct kith_param *chooser,
                                const struct kith_config_node *map, struct kith_selected *selected) {
   const struct kith_member chosen = kith_family_member(chooser->family, selected->name);
@@ -260,13 +263,13 @@ static bool same_text(const char *a, const char *b) {
   return numbers ? x == y : kith_name_is(a, b, strlen(b));
 }
 
-/* A value beside none: it may be the default. */
+/* Is this value, which the other scene does not give, the default? */
 static bool is_default(const struct kith_param *row, const struct kith_config_node *value) {
   return row != NULL && row->fallback != NULL && value->kind == KITH_CONFIG_SCALAR &&
          same_text(value->text, row->fallback);
 }
 
-/* Two values of a key that differ; NULL: none given. `swapped`: b is the first of them. */
+/* Finds the first key whose values a and b (NULL: not given) differ. `swapped`: b goes first into `found`. */
 static bool find_difference(const struct kith_param *rows, const struct kith_param *row,
                             const struct kith_config_node *a, const struct kith_config_node *b, bool swapped,
                             const struct kith_config_node *found[2]) {
@@ -283,14 +286,14 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
     const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : index);
     const struct kith_param *below = child->key != NULL ? kith_params_find(rows, child->key) : NULL;
     const struct kith_param *chooser = below == NULL ? find_chooser(rows) : NULL;
-    if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* a row of a free member */
+    if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* the choice of the member is free */
     if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))
       return true;
   }
   return false;
 }
 
-/* On one line, cut where it is long. */
+/* Writes a value on one line, cut where it is long. */
 static void show_value(const struct kith_config_node *node, char text[64]) {
   char *whole = NULL;
   snprintf(text, 64, "%s",
@@ -317,7 +320,7 @@ kith_status kith_config_compare(const struct kith_param *params, const struct ki
 
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file);
 
-/* "required; what it means (a, b); in (0, 1]" */
+/* Prints "# required; what it means (a, b); in (0, 1]". */
 static void print_comment(const struct kith_param *param, const char *owners, int written, FILE *file) {
   char members[ROOM] = "", choices[ROOM];
   if (param->family != NULL) kith_family_choices(param->family, members, sizeof members);
@@ -330,7 +333,7 @@ static void print_comment(const struct kith_param *param, const char *owners, in
   fprintf(file, "%s%s\n", allowed[0] == '\0' ? "" : range ? "; in " : "; one of ", choices);
 }
 
-/* idle: it means something for others than the default, so that it is a comment. */
+/* idle: the key means something only beside other values than the defaults, so that it is commented out. */
 static void print_param(const struct kith_param *param, const char *owners, bool idle, int indent, bool item,
                         FILE *file) {
   const char *value = param->fallback == NULL ? "" : param->fallback;
@@ -346,7 +349,7 @@ static void print_param(const struct kith_param *param, const char *owners, bool
                file);
 }
 
-/* Each key once. */
+/* Prints the rows of a table and its members, each key once. */
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file) {
   const struct kith_param *p, *chooser = find_chooser(params);
   const char *chosen = chooser != NULL && chooser->fallback != NULL ? chooser->fallback : "";

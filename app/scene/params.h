@@ -9,24 +9,24 @@
 #include "app/scene/config.h"
 #include "lib/core/param.h"
 
-/* The row of the dimension, for the scene's own table too, and its value in a file with overrides applied,
- * without reading the rest: it decides which program does. */
+/* The row of the key `dimension`, which the scene's own table has too. kith_scene_dimension reads its value
+ * from a file, with overrides applied, and nothing else: it decides which program reads the rest. */
 #define KITH_DIMENSION_PARAM "dimension", KITH_PARAM_INTEGER, NULL, "[1, 3]", "number of dimensions"
 kith_status kith_scene_dimension(const char *path, int n_overrides, const char *const *overrides,
                                  int *dimension);
 
 /* Reads all rows from a map into *base (zero where nothing was read before). map NULL: every default. What
  * *base owns stays, to be freed by its owner, also after a failure. With a row of kind MEMBER the parameters
- * of the chosen member are read too, over settings that are there already; those of other members of the
- * family are refused, or, if the member was chosen over the file that has them, dropped. */
+ * of the chosen member are read too, over settings that are there already. Parameters of other members of the
+ * family are refused, or, if the member was chosen in a later layer than they were given, dropped. */
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map, void *base);
-/* One row of it. */
+/* Reads one row from a map. */
 kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base);
-/* One value as a row says; also for values that are entries of a list. */
+/* Reads one value, which may be an entry of a list, as a row says. */
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node, void *into);
 
-/* BAD_INPUT names the first key of which a scene now and one then differ, with both values. '-' and '_' in
- * names are the same, and so are 16 and 16.0, a default and nothing; keys whose role is not state may
+/* Compares a scene now with one then: BAD_INPUT names the first key that differs, with both values. '-' and
+ * '_' in names are the same, and so are 16 and 16.0, a default and nothing; keys whose role is not state may
  * differ. */
 kith_status kith_config_compare(const struct kith_param *params, const struct kith_config_node *now,
                                 const struct kith_config_node *then);
@@ -34,7 +34,7 @@ kith_status kith_config_compare(const struct kith_param *params, const struct ki
 /* Destroys the formulas that the struct at `base` (NULL: nothing) owns. */
 void kith_params_clear_formulas(const struct kith_param *params, void *base);
 
-/* Commented YAML, itself a scene but for the required keys. */
+/* Prints a table as commented YAML, itself a scene but for the required keys. */
 void kith_params_reference(const struct kith_param *params, FILE *file);
 
 #endif

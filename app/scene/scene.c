@@ -24,7 +24,7 @@ static const struct kith_param method_params[] = {
      "energy from the work of pairs, or from its own equation", IN(method.compatible)},
     {0}};
 
-/* Into a struct kith_selected. */
+/* Rows of an added package, read into a struct kith_selected. */
 static const struct kith_param package_params[] = {
     {"name", KITH_PARAM_MEMBER, NULL, "", "package (kith list added)", .family = kith_added_member}, {0}};
 
@@ -165,7 +165,7 @@ static const struct kith_param scene_params[] = {
     {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP), OUTPUT},
     {0}};
 
-/* Results go to out/NAME unless told otherwise. */
+/* Checks the name of the scene: results go to out/NAME unless told otherwise. */
 static kith_status check_name(const struct kith_scene *scene) {
   const char *name = scene->name;
   if (kith_path_is_name(name)) return KITH_OK;
@@ -175,7 +175,7 @@ static kith_status check_name(const struct kith_scene *scene) {
                           name);
 }
 
-enum { MOST_SNAPSHOTS = 9998 }; /* and the first and the last one: their numbers have four digits */
+enum { MOST_SNAPSHOTS = 9998 }; /* besides the first and the last one: their numbers have four digits */
 
 kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
   if (scene->output.every > 0 && until / scene->output.every > MOST_SNAPSHOTS)
@@ -213,7 +213,7 @@ static kith_status read_packages(struct kith_scene *scene, const struct kith_con
   return KITH_OK;
 }
 
-/* Keys that mean nothing beside what other parts of the scene say. */
+/* Refuses keys that mean nothing beside what other parts of the scene say. */
 static kith_status check_idle(const struct kith_scene *scene) {
   const bool *measured = scene->measure.wanted;
   int spaced = 0; /* regions whose spacing is left to the arrangement */
@@ -233,7 +233,8 @@ static kith_status check_idle(const struct kith_scene *scene) {
   return KITH_OK;
 }
 
-/* What is told by x and y together would be NaN in 1-D: refused, or dropped where that came over the file. */
+/* Checks measures of a flow along x and y, which would be NaN in 1-D: they are refused, or dropped if the
+ * dimension was chosen in a later layer (--set). */
 static kith_status check_measures(struct kith_scene *scene) {
   const struct kith_config_node *dimension = kith_config_at(scene->config, "dimension");
   static const enum kith_measure plane[] = {KITH_MEASURE_shear_viscosity, KITH_MEASURE_vortex_viscosity,
@@ -252,7 +253,8 @@ static kith_status check_measures(struct kith_scene *scene) {
   return KITH_OK;
 }
 
-/* Probes and contacts ask some nodes about others, of which there may be images without nodes. */
+/* Checks that the storage of the lists of probes and contacts keeps all neighbors of a node, and images that
+ * are stored as shifts, if a boundary has such images. */
 static kith_status check_storage(const struct kith_scene *scene) {
   const struct kith_config_node *given = kith_config_at(scene->config, "connectivity.storage");
   char path[] = "boundaries.x.images";
@@ -279,7 +281,7 @@ static kith_status check_storage(const struct kith_scene *scene) {
 
 static kith_status read_parts(struct kith_scene *scene) {
   const struct kith_config_node *root = scene->config->root;
-  if (kith_config_child(root, "base") != NULL) /* a file's own is gone by now */
+  if (kith_config_child(root, "base") != NULL) /* that of a file is resolved by now */
     return kith_config_fail(kith_config_child(root, "base"), NULL, "only a scene in a file has a base");
   KITH_TRY(kith_param_read(kith_params_find(scene_params, "dimension"), root, scene));
   if (scene->dimension != NDIM)
@@ -306,7 +308,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   return kith_scene_exact(scene, kith_config_child(root, "exact"));
 }
 
-/* Takes the config. */
+/* Reads a scene from a config, which it takes over, also after a failure. */
 static kith_status read_scene(struct kith_scene **out, struct kith_config *config, int n_overrides,
                               const char *const *overrides) {
   struct kith_scene *scene = NULL;

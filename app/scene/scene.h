@@ -12,20 +12,22 @@
 #include <stdio.h>
 #include "app/scene/scene_data.h"
 
-/* Reads and checks. overrides: "key=value". BAD_INPUT: one line with file:line, key, value, allowed. */
+/* Reads a scene and checks it. overrides: "key=value". BAD_INPUT: one line with file:line, key, value,
+ * allowed. */
 kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_overrides,
                             const char *const *overrides);
-/* The same from memory; `name` stands for the file. */
+/* Reads a scene from memory; `name` stands for the file. */
 kith_status kith_scene_parse(struct kith_scene **out, const char *name, const char *text, size_t length,
                              int n_overrides, const char *const *overrides);
 void kith_scene_destroy(struct kith_scene **scene);
-/* BAD_INPUT if a piston is through the domain before `until`. */
+/* BAD_INPUT if a piston is through the domain before `until`, or snapshots until then exceed their four
+ * digits. */
 kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
-/* BAD_INPUT that names the first key of which `text`, the scene of a checkpoint, says otherwise. */
+/* BAD_INPUT that names the first key of which `text`, the scene of a checkpoint, has another value. */
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text);
-/* The partitioner with its parameters, as kith_partition_create takes it. */
+/* Writes the partitioner with its parameters, as kith_partition_create takes it. */
 void kith_scene_partitioner(const struct kith_scene *scene, char *text, size_t size);
-/* Every key with default, range and meaning, as commented YAML. */
+/* Prints every key with default, range and meaning, as commented YAML. */
 void kith_scene_reference(FILE *file);
 
 #endif

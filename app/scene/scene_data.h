@@ -32,7 +32,7 @@ enum kith_lattice {
 extern const char *const kith_lattice_names[];
 enum kith_arrangement { KITH_EQUAL_MASS, KITH_EQUAL_SPACING };
 
-/* Where a region is: all given conditions together; none: the whole domain. */
+/* Where a region is: the places that meet all given conditions; without any, the whole domain. */
 struct kith_where {
   double extent[3][2];            /* [lower, upper) along each axis, infinite where not given */
   struct kith_expression *inside; /* nonzero is inside; NULL if not given */
@@ -48,22 +48,23 @@ struct kith_region {
   struct kith_expression *density, *pressure,
       *energy;                                /* exactly one of pressure and energy; the other NULL */
   struct kith_expression *velocity[NDIM];     /* NULL: at rest */
-  struct kith_expression *displacement[NDIM]; /* of the sites; NULL: they stay */
+  struct kith_expression *displacement[NDIM]; /* of the lattice sites; NULL: they stay */
   double spacing;                             /* 0: from resolution and arrangement */
   bool frozen;                                /* boundary `constant`: its nodes never move */
   bool barrier;                               /* frozen, and a wall between nodes on both sides of it */
-  double porosity;                            /* < 0: not given, 0 of a barrier and 1 of others */
+  double porosity;                            /* < 0: not given, which is 0 for a barrier and 1 for others */
   struct kith_expression *damage;             /* NULL: none */
-  bool equilibrium;                           /* the pressure holds with the density that the package sums */
-  const struct kith_config_node *node;        /* where it stands, for messages */
+  bool equilibrium; /* energies are set so that `pressure` holds with the density that the package sums */
+  const struct kith_config_node *node; /* where it stands, for messages */
 };
 
-/* Its nodes stay where they are: every rank holds all of them. */
+/* Do its nodes stay where they are? Every rank holds all of them. */
 static inline bool kith_region_stays(const struct kith_region *region) {
   return region->frozen || region->barrier;
 }
 
-/* Does it damp what passes? Damage is a field of nodes if a region gives it or a porosity. */
+/* Does the region damp what passes through it? Damage is a field of nodes if some region gives it or a
+ * porosity. */
 static inline bool kith_region_damaged(const struct kith_region *region) {
   return region->porosity >= 0 || region->damage != NULL;
 }
@@ -74,7 +75,8 @@ static inline double kith_material_pressure(const struct kith_material *material
   kith_material_state(material, 1, &density, &energy, &pressure, &sound_speed);
   return pressure;
 }
-/* Does the pressure follow as asked? Some equations of state take nothing from the energy. */
+/* Does the state have the pressure that was asked for? Some equations of state take nothing from the
+ * energy. */
 static inline bool kith_pressure_holds(const struct kith_material *material, double density, double energy,
                                        double asked) {
   return !material->eos->barotropic ||
@@ -88,7 +90,7 @@ struct kith_deposit {
   double center[NDIM];
   enum kith_deposit_shape shape;
   double radius;   /* ball, kernel: radius of the support */
-  double spacings; /* instead, in node spacings at the center; of a kernel half of the support */
+  double spacings; /* instead of radius, in node spacings at the center; for a kernel of half the support */
   const struct kith_config_node *node; /* where it stands, for messages */
 };
 
@@ -96,16 +98,16 @@ struct kith_deposit {
  * line, a plane or a grid. */
 struct kith_probe {
   char name[32];
-  double at[NDIM], edge[3][NDIM]; /* an edge of 0: none */
-  double spacing;                 /* wanted; 0: 1 / resolution */
+  double at[NDIM], edge[3][NDIM]; /* a zero edge: none */
+  double spacing;                 /* between points, as wanted; 0: 1 / resolution */
   int points[3];                  /* along each edge, 1 where there is none */
-  int every;                      /* steps */
+  int every;                      /* steps between samples */
   bool gradients;
   struct kith_picture_fields picture;  /* none: no picture */
   const struct kith_config_node *node; /* where it stands, for messages */
 };
-enum { KITH_MOST_PROBES = 10000000 }; /* points of one */
-/* Where point i is; the last edge is the fastest. */
+enum { KITH_MOST_PROBES = 10000000 }; /* points of one probe */
+/* Position of point i of a probe; the last edge is the fastest. */
 static inline void kith_probe_point(const struct kith_probe *probe, int i, double *x) {
   const int *n = probe->points, at[3] = {i / (n[1] * n[2]), i / n[2] % n[1], i % n[2]};
   for (int a = 0; a < NDIM; ++a) {
@@ -115,12 +117,13 @@ static inline void kith_probe_point(const struct kith_probe *probe, int i, doubl
   }
 }
 
-/* Two materials: node lists. */
+/* Two materials, by their node lists, whose nodes near each other are counted. */
 struct kith_contact {
   int of, with;
 };
 
-/* Lengths and velocities in these units scale exactly, with the powers of them that sums take. */
+/* Is a length or velocity, the largest, in the range in which units scale exactly, with the powers of it that
+ * sums take? */
 static inline bool kith_scene_unit_holds(double largest) {
   return largest >= 1e-31 && largest <= 1e31;
 }
@@ -133,23 +136,23 @@ struct kith_scene {
   double resolution; /* nodes per unit length in the densest region */
   enum kith_arrangement arrangement;
   struct kith_box domain;
-  double period[NDIM];                       /* side of the domain along axes that are periodic, else 0 */
-  int across;                                /* spacings along the other axes than x; 0: as given */
-  struct {                                   /* per axis; [0]: of its lower side, [1]: of the upper one */
+  double period[NDIM]; /* side of the domain along axes that are periodic, else 0 */
+  int across;          /* spacings of the domain along the axes other than x; 0: upper as given */
+  struct {             /* per axis; [0]: of its lower side, [1]: of the upper one */
     const struct kith_boundary_ops *side[2]; /* NULL: open */
-    double face[2];                          /* where they are along the axis */
+    double face[2];                          /* positions of the faces along the axis */
     void *settings[2];                       /* NULL: none; owned */
     double velocity;                         /* of a face that moves, else 0 */
   } boundary[NDIM];
-  bool unsteady;                             /* the state at the face of an inflow depends on anything */
-  bool follows;                              /* window: gas that no signal has reached sleeps */
-  struct kith_external_force external_force; /* force from outside */
+  bool unsteady; /* the state at the face of an inflow varies with place or time */
+  bool follows;  /* window: follow; gas that no signal has reached sleeps */
+  struct kith_external_force external_force; /* gravity and point mass */
   int n_materials;
   char material_name[KITH_MAX_LISTS][32];
   struct kith_material material[KITH_MAX_LISTS]; /* settings owned */
   int n_regions;
   struct kith_region *region;
-  bool equilibrium; /* of any region */
+  bool equilibrium; /* some region is in equilibrium */
   int n_deposits;
   struct kith_deposit *deposit;
   struct {
@@ -158,15 +161,15 @@ struct kith_scene {
     double neighbors; /* 0: the default of the package, for the kernel */
     bool compatible;  /* energy: compatible | thermal */
   } method;
-  int n_added;                                         /* packages after it, in their order */
-  struct kith_selected added[KITH_ADDED_PACKAGES + 1]; /* the last: one too many, until it is refused */
+  int n_added; /* packages added to the hydro package, in their order */
+  struct kith_selected added[KITH_ADDED_PACKAGES + 1]; /* room for one too many, until it is refused */
   struct {
     struct kith_selected member;
     double cfl, dt; /* cfl 0: the default of the package; dt > 0: fixed step */
   } scheme;
   struct {
     struct kith_selected search;
-    int storage; /* there is one: csr */
+    int storage; /* csr is the only one */
   } neighbor;
   struct {
     char rebuild[128];
@@ -189,7 +192,7 @@ struct kith_scene {
   struct kith_machine {
     double latency, bandwidth; /* of a rank's messages: seconds, bytes a second */
     double collective;         /* seconds of a collective call, for each doubling of the ranks */
-    int cores;                 /* 0: one for each rank */
+    int cores;                 /* 0: as many as ranks */
   } machine;
   char traversal[16]; /* "", "pairs", "gather" */
   double until;
@@ -200,7 +203,7 @@ struct kith_scene {
   } exact;
   struct {
     bool wanted[KITH_N_MEASURES];
-    double rate; /* of growth, by linear theory; 0: not known */
+    double rate; /* growth rate by linear theory; 0: not known */
   } measure;
   struct {
     double every; /* time between snapshots, 0: only first and last */
@@ -212,7 +215,7 @@ struct kith_scene {
   } output;
 };
 
-/* The squared distance of two places, the nearest way across periodic faces. */
+/* Squared distance of two places, along the nearest way through periodic faces. */
 static inline double kith_scene_distance2(const struct kith_scene *scene, const double *x, const double *y) {
   double sum = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -229,7 +232,7 @@ static inline bool kith_scene_passes(const struct kith_scene *scene, int axis) {
          kith_boundary_passes(scene->boundary[axis].side[1]);
 }
 
-/* What a side of the domain can be: member k; open, or a boundary that acts on sides. */
+/* Member k of what a side of the domain can be: open, or a boundary that acts on sides. */
 struct kith_member kith_scene_side_member(int k);
 
 #endif

@@ -56,7 +56,7 @@ struct kith_member kith_scene_side_member(int k) {
 static const struct kith_param side_params[] = {
     {"kind", KITH_PARAM_MEMBER, NULL, "", "boundary", .family = kith_scene_side_member}, {0}};
 
-/* A name, or a map {kind: name, ...} with settings. */
+/* Reads a side: a name, or a map {kind: name, ...} with settings. */
 static kith_status read_side(const struct kith_config_node *node, struct kith_selected *side) {
   const struct kith_config_node *kind = kith_config_child(node, "kind");
   const bool map = node->kind == KITH_CONFIG_MAP &&
@@ -73,8 +73,9 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
   return KITH_OK;
 }
 
-/* One boundary acts on an axis: on both of its sides, with the same settings, or on one; or gas passes a
- * side, whatever the other one is. */
+/* Checks what may stand on opposite sides of an axis: the same boundary with the same settings, or one and an
+ * open side; where gas passes one of them, any two. A boundary of one side (piston) needs an open one
+ * opposite. */
 static kith_status check_sides(const struct kith_boundary_ops *lower, const struct kith_boundary_ops *upper,
                                const struct kith_selected side[2], const struct kith_config_node *node) {
   if (kith_boundary_wraps(lower) != kith_boundary_wraps(upper))
@@ -139,8 +140,8 @@ static kith_status read_axis(struct kith_scene *scene, int axis, const struct ki
   return status;
 }
 
-/* Where the face is. The state at that of an inflow is given as a whole or not at all. *unsteady: set if it
- * depends on anything. */
+/* Sets *face to where the face is. Checks that the state at an inflow is given as a whole or not at all.
+ * *unsteady: set if this state varies with place or time. */
 static kith_status check_flow(const struct kith_boundary_ops *ops, const struct kith_flow_settings *flow,
                               double *face, bool *unsteady, const struct kith_config_node *node) {
   if (!kith_boundary_passes(ops)) return KITH_OK;
@@ -158,7 +159,8 @@ static kith_status check_flow(const struct kith_boundary_ops *ops, const struct 
   return KITH_OK;
 }
 
-/* Zones behind faces of two axes would have to meet in the corner. */
+/* Checks the faces that gas passes. They are on one axis: zones behind faces of two would have to meet in the
+ * corner. */
 static kith_status check_flows(struct kith_scene *scene, const struct kith_config_node *node) {
   int axis = -1;
   for (int a = 0; a < NDIM; ++a) {
@@ -204,7 +206,7 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
                                 *potential = kith_config_child(root, "potential");
   for (int a = 0; a < NDIM; ++a) {
     const bool mass = force->mass > 0, repeats = scene->period[a] > 0;
-    /* Energies are near 0 there: drifts are relative to them. */
+    /* The potential is 0 in the middle, so that energies are near 0 there: drifts are relative to them. */
     force->origin[a] = 0.5 * (scene->domain.lower[a] + scene->domain.upper[a]);
     if (force->gravity[a] != 0 && repeats)
       return kith_config_fail(gravity, NULL, "%g along %c, which is periodic: gas would fall for ever",
@@ -216,13 +218,13 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
       return kith_config_fail(potential != NULL ? potential : gravity, NULL,
                               "not together with an inflow or outflow: the gas behind their faces does not "
                               "fall");
-    /* The momentum along its axis tells the work of a piston. */
+    /* The work of a piston is told from the momentum along its axis. */
     if (scene->boundary[a].velocity != 0 && (force->gravity[a] != 0 || mass))
       return kith_config_fail(potential != NULL ? potential : gravity, NULL,
                               "not together with a piston along %c, whose work could not be told from it",
                               "xyz"[a]);
   }
-  /* A force along an axis that is not there would be lost without a word. */
+  /* Refuses a force along an axis that this dimension does not have, which would be lost without a word. */
   for (const struct kith_config_node *entry = gravity != NULL ? gravity->first : NULL; entry != NULL;
        entry = entry->next) {
     double value = 0;

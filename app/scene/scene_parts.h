@@ -12,13 +12,13 @@ extern const struct kith_param kith_region_params[], kith_deposit_params[], kith
 extern const struct kith_param kith_picture_params[];
 extern const struct kith_param kith_probe_params[], kith_contact_params[];
 
-/* Each reads the part below `node` into the scene; what it depends on was read before. */
+/* Each function reads the part at `node` into the scene; parts that it depends on were read before. */
 kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node);
-/* External force: checks gravity and potential, which were read before. */
+/* Checks the external forces, gravity and potential, which were read before. */
 kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config_node *root);
 kith_status kith_scene_materials(struct kith_scene *scene, const struct kith_config_node *node);
-/* One of them, by its name. */
+/* Finds a material by the name that `node` gives. */
 kith_status kith_scene_material(const struct kith_scene *scene, const struct kith_config_node *node,
                                 int *material);
 kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_config_node *node);
@@ -26,7 +26,7 @@ kith_status kith_scene_deposits(struct kith_scene *scene, const struct kith_conf
 kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node);
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node);
-/* One or a list of them; NULL: none. */
+/* Reads one field of a picture, or a list of them; node NULL: none. */
 kith_status kith_scene_fields(const struct kith_scene *scene, const struct kith_config_node *node,
                               struct kith_picture_fields *fields);
 kith_status kith_scene_picture(struct kith_scene *scene, const struct kith_config_node *node);

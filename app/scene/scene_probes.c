@@ -38,7 +38,7 @@ static kith_status read_plot(const struct kith_scene *scene, struct kith_probe *
   return KITH_OK;
 }
 
-/* Points along the edges. A million million would not be found out before memory ends. */
+/* Counts the points along each edge, and refuses too many before memory is asked for. */
 static kith_status count_points(const struct kith_scene *scene, struct kith_probe *probe) {
   const double spacing = probe->spacing > 0 ? probe->spacing : 1 / scene->resolution;
   double all = 1;
@@ -54,7 +54,7 @@ static kith_status count_points(const struct kith_scene *scene, struct kith_prob
   return KITH_OK;
 }
 
-/* Where an axis is open, gas may come out of the domain. */
+/* Checks that a probe is in the domain, except along open axes, where gas may come out of it. */
 static kith_status check_inside(const struct kith_scene *scene, const struct kith_probe *probe) {
   for (int corner = 0; corner < 8; ++corner)
     for (int a = 0; a < NDIM; ++a) {
@@ -93,7 +93,7 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
-/* A material that some region is of: else there would be no nodes to find. */
+/* Reads a material, which some region must be of: otherwise there would be no nodes to find. */
 static kith_status read_party(const struct kith_scene *scene, const struct kith_config_node *node,
                               int *material) {
   KITH_TRY(kith_scene_material(scene, node, material));

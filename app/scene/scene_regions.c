@@ -70,7 +70,8 @@ kith_status kith_scene_material(const struct kith_scene *scene, const struct kit
   return kith_param_value(&key, node, material);
 }
 
-/* It needs a pressure to hold, gas whose density is found, and one that takes pressure from energy. */
+/* Checks a region in equilibrium: it needs a pressure to hold, nodes whose density is summed, and an equation
+ * of state whose pressure depends on the energy. */
 static kith_status check_equilibrium(const struct kith_scene *scene, const struct kith_region *region,
                                      const struct kith_config_node *node) {
   const struct kith_config_node *equilibrium = kith_config_child(node, "equilibrium");
@@ -84,7 +85,7 @@ static kith_status check_equilibrium(const struct kith_scene *scene, const struc
                           eos->name);
 }
 
-/* What can be said of constants without nodes. */
+/* Checks the state of a region as far as it is constant; formulas are checked when there are nodes. */
 static kith_status check_state(const struct kith_scene *scene, const struct kith_region *region,
                                const struct kith_config_node *node) {
   const struct kith_config_node *pressure = kith_config_child(node, "pressure"),
@@ -111,7 +112,8 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
   return kith_config_fail(pressure, NULL, "%g needs a negative energy, %g", p, u);
 }
 
-/* A region is filled once, at the start: t would be 0 in its formulas whatever they mean. */
+/* Refuses t in the formulas of a region, which is filled once, at the start: t would be 0 there whatever it
+ * means. */
 static kith_status check_timeless(const struct kith_param *params, const struct kith_region *region,
                                   const struct kith_config_node *map) {
   for (const struct kith_param *p = params; p->key != NULL; ++p) {

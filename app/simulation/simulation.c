@@ -13,7 +13,7 @@ static const struct kith_package_ops *package_of(const struct kith_scene *scene)
   return kith_package_find(scene->method.package.name);
 }
 
-/* `next`: those after it are made by now. */
+/* Initializes a package. `next`: the package after it in the list, which is initialized already. */
 static kith_status make_package(struct kith_simulation *m, struct kith_package *p,
                                 const struct kith_package_ops *ops, const void *settings,
                                 struct kith_package *next) {
@@ -26,7 +26,7 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   p->compatible = scene->method.compatible;
   p->recompute = m->nodes->ranks != NULL && scene->partition.recompute;
   p->settings = settings;
-  p->traversal = NDIM > 1 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER; /* rows of 1-D are short */
+  p->traversal = NDIM > 1 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER; /* rows are short in 1-D */
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");
@@ -43,7 +43,8 @@ static bool any_region(const struct kith_scene *scene, bool (*is)(const struct k
   return any;
 }
 
-/* Coupling is in the list, whether a scene names it or not, if there is something to couple. */
+/* Links the packages: the hydro package, then those that the scene adds. If none of these couples, but some
+ * region is a barrier or damaged, the coupling package comes first among the added ones. */
 static kith_status make_packages(struct kith_simulation *m) {
   const struct kith_selected *hydro = &m->scene->method.package, *added = m->scene->added;
   struct kith_package *next = NULL;
@@ -65,7 +66,7 @@ static kith_status make_packages(struct kith_simulation *m) {
   return KITH_OK;
 }
 
-/* The boundary that acts on a side of the axis, or on both. */
+/* Adds the boundary of one side of an axis (the other is NULL), or of both. */
 static kith_status add_boundary(struct kith_simulation *m, int axis, const struct kith_boundary_ops *lower,
                                 const struct kith_boundary_ops *upper) {
   if (lower == NULL && upper == NULL) return KITH_OK;
@@ -79,8 +80,8 @@ static kith_status add_boundary(struct kith_simulation *m, int axis, const struc
   return KITH_OK;
 }
 
-/* Frozen nodes first: the images of the others' axes include them, and those of the zones behind faces that
- * gas passes. */
+/* Makes frozen nodes first, then faces that gas passes, then the others: so the images of an axis include
+ * frozen nodes and those of the zones behind such faces. */
 static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *frozen) {
   m->nodes->shifts.wanted = true;
   if (frozen != NULL) {
@@ -99,7 +100,8 @@ static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *fro
   return KITH_OK;
 }
 
-/* What a scheme refuses is "KEY: why": says where in the scene the key stands. */
+/* A scheme refuses a setting with "KEY: why": replaces this by a message with the place of KEY in the
+ * scene. */
 static kith_status refuse_setting(const struct kith_scene *scene) {
   char message[512];
   snprintf(message, sizeof message, "%s", kith_failure());
@@ -110,8 +112,8 @@ static kith_status refuse_setting(const struct kith_scene *scene) {
   return key != NULL ? kith_config_fail(key, NULL, "%s", why + 2) : KITH_BAD_INPUT;
 }
 
-/* Ghosts are culled by the rows of packages, which lack pairs that are excluded and nodes that sleep;
- * contacts ask all nodes for all neighbors. */
+/* Culling drops ghosts that are in no row of the packages. These rows lack excluded pairs and sleeping nodes,
+ * while contacts ask all nodes for all neighbors: then ghosts are kept. */
 static bool culls(const struct kith_simulation *m) {
   const struct kith_scene *scene = m->scene;
   return scene->connectivity.cull && (scene->n_contacts == 0 || (m->excluders.n == 0 && !scene->follows));
@@ -119,7 +121,7 @@ static bool culls(const struct kith_simulation *m) {
 
 static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, bool check) {
   const struct kith_scene *scene = m->scene;
-  /* Lists that are rebuilt each step have a skin for the change of supports within it only. */
+  /* The skin of lists that are rebuilt each step only covers the change of supports within the step. */
   const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.1 : 0.005;
   m->integrator =
       (struct kith_integrator){.nodes = m->nodes,
@@ -148,13 +150,14 @@ static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, b
   return status == KITH_BAD_INPUT ? refuse_setting(scene) : status;
 }
 
-/* Where a key stands in the scene, or the whole of it. */
+/* Returns the node of a key of the scene, or the root if it is not given. */
 static const struct kith_config_node *at(const struct kith_scene *scene, const char *path) {
   const struct kith_config_node *node = kith_config_at(scene->config, path);
   return node != NULL ? node : scene->config->root;
 }
 
-/* What scheme, package and boundaries require of each other. `key`: where the scene says it. */
+/* Refuses combinations of scheme, package and boundaries. `key`: the key of the scene that the message points
+ * at. */
 static kith_status check_combination(const struct kith_simulation *m) {
 #define REFUSE_IF(wrong, key, ...) \
   if (wrong) return kith_config_fail(at(s, key), NULL, __VA_ARGS__)
@@ -163,7 +166,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const char *name = s->method.package.name;
   const struct kith_package_traits package = kith_package_traits(package_of(s), s->method.package.settings);
   const bool blocks = kith_scheme_has_blocks(scheme, s->scheme.member.settings);
-  const bool again = s->partition.recompute; /* can a ghost compute its own values between the passes? */
+  const bool recompute = s->partition.recompute; /* ghosts compute their own values between the passes */
   bool piston = false, passes = false;
   for (int a = 0; a < NDIM; ++a) {
     piston = piston || s->boundary[a].velocity != 0;
@@ -171,13 +174,13 @@ static kith_status check_combination(const struct kith_simulation *m) {
   }
   REFUSE_IF(package.uncoupled != NULL && any_region(s, kith_region_damaged), "method",
             "%s reach beyond neighbors, between which porosity and damage act", package.uncoupled);
-  REFUSE_IF(again && !package.recomputes, "partition.ghosts",
+  REFUSE_IF(recompute && !package.recomputes, "partition.ghosts",
             "package %s has two passes before its forces, which would need ghosts of ghosts of ghosts; take "
             "exchange",
             name);
-  REFUSE_IF(again && package.history != NULL, "partition.ghosts",
+  REFUSE_IF(recompute && package.history != NULL, "partition.ghosts",
             "only the owner of a node keeps the history of %s; take exchange", package.history);
-  REFUSE_IF(again && s->reproducible, "partition.ghosts",
+  REFUSE_IF(recompute && s->reproducible, "partition.ghosts",
             "what is computed again is summed in another order; reproducible runs take exchange");
   REFUSE_IF(s->method.compatible && scheme->incompatible != NULL, "scheme.name",
             "%s cannot keep energy compatible: %s; give it method.energy=thermal", scheme->name,
@@ -200,7 +203,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
               take);
     REFUSE_IF(any_region(s, is_coupled), key,
               "what barriers, layers and damage let pass follows from the rows of all nodes: take %s", take);
-    REFUSE_IF(again, "partition.ghosts",
+    REFUSE_IF(recompute, "partition.ghosts",
               "where not all nodes are active, ghosts have no rows; take exchange");
     REFUSE_IF(s->follows && passes, key, "gas that comes or goes is no gas at rest: take whole");
   }
@@ -208,8 +211,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "%g is out of range (0, 1] of %s; more is for implicit", s->scheme.cfl, scheme->name);
   REFUSE_IF(scheme->retries && package.history != NULL, "scheme.name",
             "%s has a history, and %s may reject a step after trying it", package.history, scheme->name);
-  /* Rebuild policies do not know how far the images in a moving face have gone; and what goes through it
-   * within a step needs a velocity of the face in every sum of a scheme. */
+  /* Rebuild policies do not know how far the images in a moving face have moved; and what goes through the
+   * face within a step needs its velocity in every sum of a scheme. */
   REFUSE_IF(piston && kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
             "a piston requires that neighbor lists are rebuilt always");
   REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
@@ -223,7 +226,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
 #undef REFUSE_IF
 }
 
-/* Names without a default, which would be looked for as they are. */
+/* Refuses a name that has no default and is not given: the excluder would look for an empty name. */
 static kith_status check_names(const struct kith_excluders *excluders) {
   for (const struct kith_excluder *e = excluders->excluder; e < excluders->excluder + excluders->n; ++e)
     for (const struct kith_param *p = e->ops->params; p != NULL && p->key != NULL; ++p)
@@ -233,7 +236,8 @@ static kith_status check_names(const struct kith_excluders *excluders) {
   return KITH_OK;
 }
 
-/* What is wrong with them shows when they are set up with the nodes: better now than in the first step. */
+/* Sets the excluders up with all nodes, so that what is wrong with them shows now and not in the first
+ * step. */
 static kith_status make_excluders(struct kith_simulation *m) {
   const struct kith_selection all = {.nodes = m->nodes};
   struct kith_excluder self = {.ops = &kith_excluder_self};
@@ -249,7 +253,8 @@ static kith_status make_excluders(struct kith_simulation *m) {
              : status;
 }
 
-/* By the largest mass and density and the fastest of all that moves or sounds; nothing may move. */
+/* Checks that powers of the largest mass, density and speed (of a node or of sound; 0 if nothing moves) stay
+ * within the range of a double. */
 static kith_status check_units(const struct kith_simulation *m) {
   const double *velocity = m->hydro.velocity->f64, *sound_speed = m->hydro.sound_speed->f64;
   double most[3] = {0}; /* speed, mass, density */
@@ -269,8 +274,8 @@ static kith_status check_units(const struct kith_simulation *m) {
     return kith_config_fail(m->scene->config->root, "regions",
                             "a velocity of %g: powers of it need units in which it is between 1e-31 and 1e31",
                             speed);
-  /* Each of the units may hold and these not: packages multiply pairs of them, and a product that is rounded
-   * to 0 stops nothing. */
+  /* These may be out of range although each unit is in it: packages multiply pairs of them, and a product
+   * that is rounded to 0 raises no error. */
   const double pressure = density * speed * speed, volume = mass / density;
   const struct {
     const char *name;
@@ -303,7 +308,7 @@ static kith_status check_settings(struct kith_simulation *m) {
   return check_combination(m);
 }
 
-/* The objects of this rank. n_nodes: of the scene. */
+/* Makes the objects of this rank. n_nodes: nodes of the whole scene. */
 static kith_status make_objects(struct kith_simulation *m, int64_t n_nodes, const uint8_t *frozen,
                                 bool check) {
   KITH_TRY(make_packages(m));
@@ -312,10 +317,10 @@ static kith_status make_objects(struct kith_simulation *m, int64_t n_nodes, cons
   KITH_TRY(kith_connectivity_create(&m->connectivity));
   KITH_TRY(make_excluders(m));
   KITH_TRY(make_integrator(m, n_nodes, check));
-  return make_boundaries(m, frozen); /* last: frozen nodes take all fields along */
+  return make_boundaries(m, frozen); /* last: frozen nodes take along all fields that there are */
 }
 
-/* Nodes go to the ranks that own their cells. */
+/* Sends nodes to the ranks that own their cells; makes the decomposition and the halo. */
 static kith_status distribute(struct kith_simulation *m) {
   bool periodic[NDIM];
   char partitioner[128];
@@ -368,7 +373,8 @@ kith_status kith_simulation_create(struct kith_simulation **out, const struct ki
 
 kith_status kith_simulation_start(struct kith_simulation *m) {
   const bool pending = m->scene->equilibrium;
-  /* Until energies are those of the densities found, nothing is torn. */
+  /* Tension is cut until the energies fit the densities that are found: before, material could count as
+   * torn. */
   for (int l = 0; l < m->nodes->n_lists; ++l) m->hydro.material[l].cut |= pending;
   KITH_TRY(kith_integrator_start(&m->integrator));
   if (!pending) return KITH_OK;
@@ -377,7 +383,8 @@ kith_status kith_simulation_start(struct kith_simulation *m) {
   return kith_integrator_start(&m->integrator);
 }
 
-/* A mirror continues no lattice but cubic: its layers are off sideways, and gas at rest beside it moves. */
+/* Warns of lattices beside mirrors: a mirror continues cubic lattices only; the layers of others are shifted
+ * sideways in it, and gas at rest beside it moves. */
 static void warn_of_mirrors(const struct kith_scene *scene) {
   for (int r = 0; NDIM > 1 && r < scene->n_regions; ++r)
     for (int a = 0; a < NDIM; ++a) {
@@ -438,7 +445,8 @@ void kith_simulation_destroy(struct kith_simulation **simulation) {
   if (m == NULL) return;
   kith_integrator_clear(&m->integrator);
   kith_package_clear(&m->package);
-  for (int k = 0; k < KITH_ADDED_PACKAGES; ++k) kith_package_clear(&m->added[k]); /* in the list or not yet */
+  for (int k = 0; k < KITH_ADDED_PACKAGES; ++k)
+    kith_package_clear(&m->added[k]); /* also those that were not linked yet */
   kith_boundaries_clear(&m->boundaries);
   kith_halo_destroy(&m->halo);
   kith_decomposition_destroy(&m->decomposition);
@@ -473,7 +481,7 @@ static bool is_wall(const struct kith_boundary_ops *side) {
   return side != NULL && !side->wraps && !kith_boundary_passes(side);
 }
 
-/* Nothing but a point mass gives momentum along this axis. */
+/* Does nothing but a point mass change the momentum along this axis? */
 static bool is_free(const struct kith_simulation *m, int axis) {
   return !is_wall(m->scene->boundary[axis].side[0]) && !is_wall(m->scene->boundary[axis].side[1]) &&
          m->hydro.external_force.gravity[axis] == 0;
@@ -486,12 +494,12 @@ static bool can_turn(const struct kith_simulation *m) {
   return can;
 }
 
-/* sum m |.| of now or then, whichever is larger. */
+/* The larger of two sums m |.|, never 0. */
 static double scale(double now, double then) {
   return fmax(fmax(now, then), 1e-300);
 }
 
-/* What is kept: see hydro.h. */
+/* The energy that is conserved (hydro.h). */
 static double energy_of(const struct kith_totals *t) {
   return t->kinetic + t->internal + t->potential - t->work - t->through.energy;
 }
@@ -524,6 +532,6 @@ void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes) {
   enum { NODES_A_THREAD = 2000 };
   if (getenv("OMP_NUM_THREADS") != NULL) return;
   const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN) / kith_ranks_on_this_machine(ranks);
-  const int most = KITH_MIN(omp_get_num_procs(), n_nodes / NODES_A_THREAD); /* procs: as it was bound */
+  const int most = KITH_MIN(omp_get_num_procs(), n_nodes / NODES_A_THREAD); /* procs: cores it is bound to */
   omp_set_num_threads(KITH_MAX(1, KITH_MIN(cores, most)));
 }

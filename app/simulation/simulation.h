@@ -11,9 +11,9 @@ struct kith_simulation {
   const struct kith_scene *scene; /* borrowed */
   struct kith_nodes *nodes;
   struct kith_hydro hydro;
-  struct kith_package package, added[KITH_ADDED_PACKAGES]; /* a list from the first on */
+  struct kith_package package, added[KITH_ADDED_PACKAGES]; /* linked from `package` on */
   char packages[80];                                       /* their names */
-  double zone[NDIM][2][NDIM]; /* behind faces that gas passes, by axis and side: boundary.h */
+  double zone[NDIM][2][NDIM]; /* of faces that gas passes, by axis and side: kith_boundary.zone */
   struct kith_boundaries boundaries;
   struct kith_search *search;
   struct kith_connectivity *connectivity;
@@ -21,28 +21,29 @@ struct kith_simulation {
   struct kith_excluders excluders;
   struct kith_integrator integrator;
   struct kith_decomposition *decomposition; /* NULL: all nodes are in this process */
-  struct kith_halo *halo;                   /* the same */
+  struct kith_halo *halo;                   /* NULL: all nodes are in this process */
   struct kith_profile *profile;             /* NULL: not profiled */
 };
 
-/* Creates everything, with the initial state; then kith_simulation_start, or restore and resume. `ranks`
- * (NULL: one process) and `profile` (NULL: none) are borrowed. Collective; each rank makes its share of the
- * nodes, which then go to the ranks that own their cells. BAD_INPUT with file and line for what only shows
- * when nodes are created. */
+/* Creates everything, with the initial state; kith_simulation_start, or restore and resume, must follow.
+ * `ranks` (NULL: one process) and `profile` (NULL: none) are borrowed. Collective; each rank makes its share
+ * of the nodes, which then go to the ranks that own their cells. BAD_INPUT with file and line for what only
+ * shows when nodes are created. */
 kith_status kith_simulation_create(struct kith_simulation **out, const struct kith_scene *scene,
                                    struct kith_ranks *ranks, struct kith_profile *profile, bool check);
-/* First rates, and what needs them (initial_conditions.h: regions in equilibrium). DIVERGED as a step. */
+/* Evaluates the first rates, and sets the energies that need them (initial_conditions.h: regions in
+ * equilibrium). Fails with DIVERGED as a step does. */
 kith_status kith_simulation_start(struct kith_simulation *simulation);
-/* One line on stderr for settings that are allowed but likely to go wrong. */
+/* Prints a line on stderr for settings that are allowed but likely to go wrong. */
 void kith_simulation_warn(const struct kith_simulation *simulation);
 void kith_simulation_destroy(struct kith_simulation **simulation);
 
-/* Threads of this process, unless OMP_NUM_THREADS is set: the ranks of a computer share its cores, and each
- * thread has at least 2000 of this rank's nodes. With fewer, threads that wait for each other cost more than
- * they save. */
+/* Sets the number of threads of this process, unless OMP_NUM_THREADS is set: the ranks of a computer share
+ * its cores, and each thread has at least 2000 of this rank's nodes. With fewer, threads that wait for each
+ * other cost more than they save. */
 void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes);
 
-/* Bytes by structure, for plan and report. */
+/* Memory of a structure, for plan and report. */
 struct kith_bytes {
   const char *name;
   size_t bytes;
@@ -71,7 +72,7 @@ struct kith_conservation_baseline {
   double measure[KITH_N_MEASURES]; /* at the start: what measures are compared with */
 };
 
-/* Of a run that begins with these totals. */
+/* Returns the baseline of a run that begins with these totals. */
 struct kith_conservation_baseline kith_conservation_baseline_of(const struct kith_totals *first);
 void kith_conservation_baseline_update(struct kith_conservation_baseline *baseline,
                                        const struct kith_simulation *simulation,
