@@ -16,7 +16,7 @@ static double cubic_spline(double q) {
   return q >= 2 ? 0 : q >= 1 ? 0.25 * t * t * t : 1 - q * q * (1.5 - 0.75 * q);
 }
 
-/* Least distance of a node of any rank, and the spacing there. */
+/* Returns the least distance of a node of any rank from the center; *spacing: that of this node. */
 static double nearest(const struct kith_deposit *deposit, const struct kith_scene *scene,
                       const struct kith_hydro *hydro, double *spacing) {
   struct kith_ranks *ranks = hydro->nodes->ranks;
@@ -50,7 +50,7 @@ static double weight(const struct kith_deposit *deposit, double r, double radius
   return r <= radius * (1 + tolerance) ? 1 : 0;
 }
 
-/* sum m w over the gas of all ranks. */
+/* Returns sum m w over the gas of all ranks. */
 static double sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
                           const struct kith_hydro *hydro, double radius) {
   const struct kith_nodes *nodes = hydro->nodes;

@@ -12,7 +12,7 @@
 #include "app/scene/scene.h"
 #include "physics/hydro.h"
 
-/* Adds all of them; sums are exact. BAD_INPUT where no node is near a center. Collective. */
+/* Adds all deposits to the energies; sums are exact. BAD_INPUT where no node is near a center. Collective. */
 kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro);
 
 #endif

@@ -8,7 +8,7 @@
 
 enum { ITERATIONS = 1000, RESTLESS = 20, EVERY = 20, PAIRS = KITH_GLASS_SITES * (NDIM == 3 ? 80 : 20) };
 static const double support = 2.4, skin = 0.4; /* in mean spacings */
-static const double step = 0.3, kept = 0.8;    /* of the force, and of the last move: fastest by experiment */
+static const double step = 0.3, kept = 0.8;    /* of force and last move in a move: fastest by experiment */
 
 struct glass {
   double x[KITH_GLASS_SITES][NDIM], move[KITH_GLASS_SITES][NDIM];

@@ -31,15 +31,15 @@ kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_
   return KITH_OK;
 }
 
-/* A region and the lattice that fills it. */
+/* A region, or a zone behind a face of it, and the lattice that fills it. */
 struct plan {
   const struct kith_region *region; /* borrowed */
-  int axis, side; /* of a zone behind a face that gas passes: the lattice goes on there; axis < 0: no zone */
+  int axis, side; /* of the face behind which a zone continues the lattice; axis < 0: no zone */
   struct kith_box box;
   struct kith_lattice_fit fit;
-  double mean_density; /* 0 where `spacing` is given: not used */
+  double mean_density; /* 0: not used, since `spacing` is given */
   int64_t begin, end;  /* the sites that this rank visits */
-  int64_t id, nodes;   /* of its first node; of all ranks */
+  int64_t id, nodes;   /* id of its first node here; nodes on all ranks */
   kith_index first, count;
 };
 
@@ -53,11 +53,11 @@ struct setup {
   struct kith_field *damage; /* NULL: no region has any */
   struct kith_field *wanted; /* pressure of nodes in equilibrium, NaN for the others; NULL: no such region */
   double neighbors;
-  double (*zone)[2][NDIM];   /* by axis and side: from a zone to what continues it */
-  struct kith_field *volume; /* of sites in zones whose state changes; NULL: there are none */
+  double (*zone)[2][NDIM];   /* by axis and side: shift from a zone to what continues it */
+  struct kith_field *volume; /* of nodes, for zones whose state changes; NULL: there are none */
 };
 
-/* volume: of a node, which the number of cells is balanced for; 0: it is not. */
+/* Fits the lattice. volume: of a node, for which the number of cells is balanced; 0: it is not. */
 static kith_status fit_lattice(struct plan *plan, double spacing, double volume) {
   kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
   if (status == KITH_OK && volume > 0) status = kith_lattice_balance(&plan->fit, volume);
@@ -65,8 +65,8 @@ static kith_status fit_lattice(struct plan *plan, double spacing, double volume)
   return KITH_OK;
 }
 
-/* Equal mass: the volume of a node in the other regions follows from the mass that a node got in the densest
- * one, so that the rounding of cells there does not count twice. */
+/* Fits the lattices of all regions. Equal mass: the volume of a node in the other regions follows from the
+ * mass that a node got in the densest one, so that the rounding of cells there does not count twice. */
 static kith_status fit_lattices(struct setup *s) {
   const double spacing = 1 / s->scene->resolution;
   struct plan *densest = NULL; /* of the regions whose spacing is not given */
@@ -101,14 +101,14 @@ static kith_status refused_flow(const struct kith_scene *scene, int axis, const 
   return kith_config_fail(boundary_node(scene, axis), NULL, why, value);
 }
 
-/* Where the state of a site in a zone is taken: at the face, inside of the region. */
+/* Moves x to where the state of its site in a zone is taken: at the face, inside of the region. */
 static void to_face(const struct setup *s, const struct plan *plan, double *x) {
   const double *face = s->scene->boundary[plan->axis].face;
   x[plan->axis] = plan->side == 0 ? face[0] : nextafter(face[1], face[0]);
 }
 
-/* What the state at a face must be like: that of an inflow leads inwards, along the face only where that
- * repeats; no pressure comes back to gas that leaves faster than sound. */
+/* Checks the state at a face. An inflow must lead inwards; along the face only where the axis repeats or is
+ * open upstream. Gas must not leave faster than sound if a pressure is to come back to it. */
 static kith_status check_flow(const struct setup *s, const struct plan *plan,
                               const struct kith_region_state *state) {
   const struct kith_scene *scene = s->scene;
@@ -136,7 +136,7 @@ static kith_status check_flow(const struct setup *s, const struct plan *plan,
   return KITH_OK;
 }
 
-/* The state of a zone: at its face, as the inflow says or as in the region. */
+/* Finds the state of a zone: at its face, as the inflow says or as in the region. */
 static kith_status zone_state(const struct setup *s, const struct plan *plan, const double *x,
                               struct kith_region_state *state) {
   const struct kith_flow_settings *flow = s->scene->boundary[plan->axis].settings[plan->side];
@@ -150,8 +150,8 @@ static kith_status zone_state(const struct setup *s, const struct plan *plan, co
   return kith_region_stays(plan->region) ? KITH_OK : check_flow(s, plan, state);
 }
 
-/* Gas that enters at an angle comes from a slanted zone, so that it does not come through walls beside it:
- * along axes that do not repeat, sites lie upstream of where they enter. */
+/* Slants the zone of gas that enters at an angle, so that it does not come through walls beside it: along
+ * axes that do not repeat, sites lie upstream of where they enter. */
 static kith_status slant_zone(const struct setup *s, const struct plan *zone) {
   struct kith_region_state state;
   double middle[NDIM], *shift = s->zone[zone->axis][zone->side];
@@ -163,7 +163,7 @@ static kith_status slant_zone(const struct setup *s, const struct plan *zone) {
   return KITH_OK;
 }
 
-/* Whole cells, to the depth that the settings want; the same of all regions at the face. */
+/* Adds the zone behind a region that reaches the face: whole cells, to the depth that the settings want. */
 static kith_status add_zone(struct setup *s, const struct plan *from, int axis, int side) {
   const struct kith_flow_settings *flow = s->scene->boundary[axis].settings[side];
   const double face = s->scene->boundary[axis].face[side],
@@ -188,7 +188,8 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
   return KITH_OK;
 }
 
-/* A zone that holds nodes: its cells are those of the others at an inflow, and it may be slanted. */
+/* Stores the depth of a zone that holds nodes, which must be the same for all regions at an inflow, and
+ * slants it. */
 static kith_status join_zone(const struct setup *s, const struct plan *zone) {
   const struct plan *from = &s->plan[zone->region - s->scene->region];
   const int axis = zone->axis, side = zone->side;
@@ -214,7 +215,7 @@ static kith_status add_zones(struct setup *s) {
   return KITH_OK;
 }
 
-/* No other region holds this site. */
+/* Checks that no other region holds this site. */
 static kith_status check_alone(const struct setup *s, const struct plan *plan, const double *x) {
   for (int k = 0; k < s->scene->n_regions; ++k) {
     const struct kith_region *other = s->plan[k].region;
@@ -238,7 +239,7 @@ static void slant(const struct setup *s, const struct plan *plan, double *x) {
     if (b != plan->axis) x[b] += part * shift[b];
 }
 
-/* i: its place here; id: that in the whole scene. */
+/* Sets node i of this rank, at site x. id: its number in the whole scene. */
 static kith_status fill_node(const struct setup *s, const struct plan *plan, kith_index i, int64_t id,
                              double *x) {
   const struct kith_region *region = plan->region;
@@ -267,7 +268,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   return KITH_OK;
 }
 
-/* Is each site of its box a node of it, and none that of another region? Then sites need not be asked. */
+/* Is each site of its box a node of it, and none that of another region? Then sites need not be tested. */
 static bool fills_box(const struct setup *s, const struct plan *plan) {
   bool alone = plan->axis < 0 && plan->region->where.inside == NULL;
   for (int k = 0; k < s->scene->n_regions && alone; ++k) {
@@ -280,7 +281,8 @@ static bool fills_box(const struct setup *s, const struct plan *plan) {
   return alone;
 }
 
-/* Counts the sites that the region holds, of which no other region may hold one, or makes them its nodes. */
+/* Counts the sites that the region holds, of which no other region may hold one. fill: makes them its
+ * nodes. */
 static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fill) {
   const bool all = fills_box(s, plan);
   double x[NDIM], at[NDIM];
@@ -300,7 +302,8 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
   return KITH_OK;
 }
 
-/* Of an equal part of the sites. plan->id: the number of nodes of the ranks before. */
+/* Counts the nodes in this rank's equal part of the sites. plan->id: the number of nodes of the ranks
+ * before. */
 static kith_status count_share(const struct setup *s, struct plan *plan) {
   const int me = kith_ranks_rank(s->ranks), size = kith_ranks_size(s->ranks);
   const bool whole = kith_region_stays(plan->region);
@@ -340,8 +343,9 @@ static kith_status count_nodes(const struct setup *s, int64_t *total) {
   return KITH_OK;
 }
 
-/* What the least run takes fits into the memory of this computer, with the shares of its ranks: rows, fields,
- * and twice as much as the fields for search, package and packed nodes (sph: 1.1 to 1.6 times this). */
+/* Checks that what the least run takes fits into the memory of this computer, with the shares of its ranks:
+ * rows, fields, and twice as much as the fields for search, package and packed nodes (sph: 1.1 to 1.6 times
+ * this). */
 static kith_status check_memory(const struct setup *s, int64_t total) {
   size_t each = 0;
   char need[32], there[32];
@@ -357,7 +361,7 @@ static kith_status check_memory(const struct setup *s, int64_t total) {
                           (long long)total, kith_text_bytes(need, bytes), kith_text_bytes(there, memory));
 }
 
-/* List by list, so that none is moved; so do ids ascend. */
+/* Appends the nodes list by list, so that none is moved and ids ascend. */
 static kith_status append_nodes(const struct setup *s, int64_t total) {
   int64_t id = 0;
   kith_index mine = 0;
@@ -374,7 +378,8 @@ static kith_status append_nodes(const struct setup *s, int64_t total) {
   return KITH_OK;
 }
 
-/* Barriers are a field of their own: their ghosts are barriers too. Barriers are frozen. */
+/* Flags frozen nodes, barriers and zones. Barriers are frozen, and a field of their own: their ghosts are
+ * barriers too. */
 static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
   static const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"};
   struct kith_field *barrier;
@@ -442,7 +447,7 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   return KITH_OK;
 }
 
-/* Of the regions that hold all sites of their boxes. */
+/* Number of sites in the regions that hold all sites of their boxes. */
 static int64_t sites_of_boxes(const struct setup *s) {
   int64_t sites = 0;
   for (int k = 0; k < s->scene->n_regions; ++k)
@@ -463,7 +468,7 @@ static kith_status lay_out(struct setup *s, struct kith_nodes **nodes) {
   KITH_TRY(fit_lattices(s));
   KITH_TRY(add_zones(s));
   KITH_TRY(create_nodes(s, nodes));
-  return check_memory(s, sites_of_boxes(s)); /* at once: counting takes as long as there are sites */
+  return check_memory(s, sites_of_boxes(s)); /* before counting, which takes time for each site */
 }
 
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen, int64_t *total) {

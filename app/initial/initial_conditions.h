@@ -24,7 +24,7 @@
  * Regions in equilibrium: with the density that a package sums the pressure would not be the one that the
  * scene gives. Their energy is set after the first evaluation, and then the deposits are added.
  *
- * Of several ranks each visits an equal part of the sites of every region, and makes the nodes there; frozen
+ * Each rank visits an equal part of the sites of every region, and makes the nodes there; frozen
  * nodes, which stay where they are, it makes all. Ids are 0 .. n - 1, list by list, in the order of regions
  * and sites, for any number of ranks, and so are all values to the last bit: sums are exact. */
 #ifndef KITH_APP_INITIAL_INITIAL_CONDITIONS_H
@@ -44,12 +44,13 @@ kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro
                                     double neighbors, uint8_t **frozen, double (*zone)[2][NDIM],
                                     int64_t *total);
 
-/* What would be laid out, without doing it: site_volume[n_regions], and the sites in all boxes of regions. */
+/* Finds what would be laid out, without doing it: site_volume[n_regions], and the sites in all boxes of
+ * regions. */
 kith_status kith_initial_conditions_outline(const struct kith_scene *scene, double *site_volume,
                                             double *sites);
 
-/* The state at the face of an inflow, beside x: a kith_flow_state_at (integrator.h), whose context is the
- * scene. */
+/* Finds the state at the face of an inflow, beside x: a kith_flow_state_at (integrator.h), whose context is
+ * the scene. */
 kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *boundary, int list,
                                            const double *x, double time, struct kith_flow_state *out);
 

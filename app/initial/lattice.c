@@ -6,7 +6,8 @@
 #include "lib/core/random.h"
 #include "lib/core/vec.h"
 
-/* Sides for unit volume of a node, and sites; n = 0: not in this dimension. A glass has sites of its own. */
+/* Cells of the lattices: sides for unit volume of a node, and sites; n = 0: not in this dimension. A glass
+ * has sites of its own. */
 struct cell {
   double side[NDIM];
   int n;
@@ -16,7 +17,7 @@ struct cell {
 static const struct cell cells[] = {
 #if KITH_NDIM == 1
     [KITH_LATTICE_CUBIC... KITH_LATTICE_HCP] = {{1}, 1, {{0.5}}},
-    [KITH_LATTICE_GLASS] = {{1}, 1, {{0.5}}}, /* at rest where they are evenly spaced */
+    [KITH_LATTICE_GLASS] = {{1}, 1, {{0.5}}}, /* in 1-D a glass is at rest if evenly spaced */
 #elif KITH_NDIM == 2
     [KITH_LATTICE_CUBIC] = {{1, 1}, 1, {{0.5, 0.5}}},
     [KITH_LATTICE_BCC] = {{1.4142135623730950488, 1.4142135623730950488}, 2, {{0.25, 0.25}, {0.75, 0.75}}},
@@ -43,7 +44,8 @@ static double extent(const struct kith_box *box, int axis) {
   return box->upper[axis] - box->lower[axis];
 }
 
-/* A half rounds up whatever the round-off of the quotient; more than KITH_MAX_SITES are refused. */
+/* Number of cells along an axis. A half rounds up whatever the round-off of the quotient; more than
+ * KITH_MAX_SITES are refused later. */
 static int64_t whole(double cells_wanted) {
   const double n = floor(cells_wanted * (1 + 1e-9) + 0.5);
   return n < 1 ? 1 : n > KITH_MAX_SITES ? KITH_MAX_SITES + 1 : (int64_t)n;
@@ -89,7 +91,8 @@ kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume) {
   return count_sites(fit);
 }
 
-/* Counted from the middle of the box, so that sites on both sides of it mirror each other exactly. */
+/* Places are counted from the middle of the box, so that sites on both sides of it mirror each other
+ * exactly. */
 void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x) {
   const int per_cell = cells[fit->kind].n;
   const double *offset = fit->site[site % per_cell];
@@ -111,7 +114,7 @@ void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uin
 }
 
 #if KITH_NDIM > 1
-/* A strain of exp(+-angle) along two axes, or, of `between`, along the directions halfway between them. */
+/* A strain of exp(+-angle) along two axes, or, if `between`, along the directions halfway between them. */
 struct shear {
   int axis[2];
   bool between;

@@ -16,7 +16,7 @@ kith_status kith_region_box(const struct kith_region *region, const struct kith_
   return KITH_OK;
 }
 
-/* One formula at x; a failure gets the region's line and `what` the formula is for. */
+/* Evaluates one formula at x; a failure gets the region's line and `what` the formula is for. */
 static kith_status value_of(const struct kith_region *region, struct kith_expression *formula,
                             const char *what, const double *x, double *value) {
   if (kith_expression_at(formula, NDIM, x, value) == KITH_OK) return KITH_OK;
@@ -108,7 +108,7 @@ kith_status kith_region_displace(const struct kith_region *region, const struct 
   return KITH_OK;
 }
 
-/* Is its tension beyond its equation of state? */
+/* Is the material torn, in tension beyond its equation of state? */
 static bool tears(const struct kith_material *material, const struct kith_region_state *state) {
   double pressure, sound_speed;
   kith_material_state(material, 1, &state->density, &state->energy, &pressure, &sound_speed);
@@ -127,8 +127,7 @@ kith_status kith_region_state(const struct kith_region *region, const struct kit
   } else {
     KITH_TRY(value_of(region, region->pressure, "pressure", x, &state->pressure));
     state->energy = material->eos->energy(material->settings, state->density, state->pressure);
-    if (state->pressure < 0 && tears(material, state))
-      return refuse(region, "pressure", state->pressure, x);
+    if (state->pressure < 0 && tears(material, state)) return refuse(region, "pressure", state->pressure, x);
     if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
       return refuse(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   }

@@ -5,7 +5,7 @@
 
 #include "app/scene/scene.h"
 
-/* Of a place in messages: its format, its numbers. */
+/* A place in a message: its format, its numbers. */
 #define KITH_PLACE "(%.10g, %.10g, %.10g)"
 #define KITH_COORDINATES(x) (x)[0], NDIM > 1 ? (x)[1 % NDIM] : 0.0, NDIM > 2 ? (x)[2 % NDIM] : 0.0
 
@@ -25,12 +25,12 @@ kith_status kith_region_displace(const struct kith_region *region, const struct 
 struct kith_region_state {
   double density, pressure, energy, velocity[NDIM]; /* pressure: NaN where the energy is given */
 };
-/* The energy follows from the pressure where that is given. */
+/* Evaluates the state at x; the energy follows from the pressure where that is given. */
 kith_status kith_region_state(const struct kith_region *region, const struct kith_material *material,
                               const double *x, struct kith_region_state *state);
-/* The part of heat and momentum that a node at x does not pass. */
+/* Evaluates the part of heat and momentum that a node at x does not pass. */
 kith_status kith_region_damage(const struct kith_region *region, const double *x, double *damage);
-/* By the formulas of an inflow. */
+/* Evaluates the state at x by the formulas of an inflow. */
 kith_status kith_region_inflow_state(const struct kith_flow_settings *flow,
                                      const struct kith_material *material,
                                      const struct kith_config_node *node, const double *x,

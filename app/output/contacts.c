@@ -8,14 +8,14 @@ struct kith_contacts {
   const struct kith_simulation *simulation; /* borrowed */
   struct kith_search *search;
   struct kith_list **list;   /* [scene->n_contacts] */
-  struct kith_csv_log table; /* of rank 0 */
+  struct kith_csv_log table; /* on rank 0 */
 };
 
-/* reducer */
+/* Indices of what is reduced over the nodes. */
 enum { NODES, PAIRS, DISTANCE, APPROACH, REDUCERS };
 
-/* Lists that last hold more than what is near now. */
-static void look(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
+/* Tallies the neighbors of a node that share a support with it now; lists that last hold more. */
+static void tally_contacts(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
   const struct kith_simulation *m = context;
   const double *x = m->nodes->position->f64, *v = m->hydro.velocity->f64, *h = m->nodes->support->f64;
   const struct kith_shifts *shifts = &m->nodes->shifts;
@@ -90,7 +90,7 @@ kith_status kith_contacts_sample(struct kith_contacts *c) {
   const struct kith_simulation *m = c->simulation;
   struct kith_ranks *ranks = m->nodes->ranks;
   struct kith_field *const changed[] = {m->nodes->position, m->nodes->support, m->hydro.velocity};
-  /* Ghosts have the values of the last evaluation, after which a step goes on. */
+  /* Ghosts have the values of the last evaluation, but nodes have moved on since. */
   kith_halo_refresh(m->hydro.halo, m->nodes, changed, 3);
   for (int k = 0; k < m->scene->n_contacts; ++k) {
     struct kith_reducer found[REDUCERS] = {[NODES] = {KITH_COUNT, 0},
@@ -99,7 +99,7 @@ kith_status kith_contacts_sample(struct kith_contacts *c) {
                                            [APPROACH] = {KITH_MOST, 0}};
     enum kith_rebuild_reason why;
     KITH_TRY(kith_list_update(c->list[k], &why));
-    KITH_TRY(kith_list_visit_all(c->list[k], look, (void *)(uintptr_t)m, found, REDUCERS));
+    KITH_TRY(kith_list_visit_all(c->list[k], tally_contacts, (void *)(uintptr_t)m, found, REDUCERS));
     const kith_status status = kith_ranks_rank(ranks) == 0 ? add_row(c, k, found, why) : KITH_OK;
     KITH_TRY(kith_ranks_allreduce_status(ranks, status));
   }

@@ -8,14 +8,14 @@
 
 struct kith_contacts; /* opaque; NULL: a scene without contacts, which all functions accept */
 
-/* BAD_FILE as history.h. */
+/* Opens the table. BAD_FILE as in history.h. */
 kith_status kith_contacts_create(struct kith_contacts **out, const struct kith_simulation *simulation,
                                  const char *directory, bool restarted);
-/* A row of each pair of materials: nodes of the first that have one of the other in their support or lie in
- * its, pairs of such nodes, their least distance, and the largest speed at which two approach. Then how often
- * the list was built and why it was now. Collective. */
+/* Appends a row for each pair of materials: nodes of the first that have one of the other in their support or
+ * lie in its, pairs of such nodes, their least distance, and the largest speed at which two approach. Then
+ * how often the list was built and why it was now. Collective. */
 kith_status kith_contacts_sample(struct kith_contacts *contacts);
-/* What was written is on the disk. */
+/* Writes to the disk what is still in buffers. */
 kith_status kith_contacts_sync(struct kith_contacts *contacts);
 kith_status kith_contacts_destroy(struct kith_contacts **contacts);
 

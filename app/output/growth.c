@@ -7,7 +7,7 @@
 
 enum { SAMPLES = 100 };
 
-/* The first multiple of `every` behind `time`, but for rounding: the same whether or not a run was
+/* The first multiple of `every` after `time`, but for rounding: the same whether or not a run was
  * interrupted, and the last one is the end. */
 static double next_after(const struct kith_growth *g, double time) {
   return (floor(time / g->every + 1e-6) + 1 - 1e-6) * g->every;

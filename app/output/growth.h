@@ -7,20 +7,20 @@
 #include "lib/io/csv.h"
 
 struct kith_growth {
-  const struct kith_scene *scene; /* NULL: it measures no mode */
+  const struct kith_scene *scene; /* NULL: the scene measures no mode */
   enum kith_measure measure;
-  struct kith_csv_log log; /* of rank 0 */
+  struct kith_csv_log log; /* on rank 0 */
   double every, next;
 };
 
-/* BAD_FILE as history.h. */
+/* Opens the table. BAD_FILE as in history.h. */
 kith_status kith_growth_open(struct kith_growth *growth, const char *directory,
                              const struct kith_simulation *simulation, bool restarted);
 /* Is the amplitude wanted at this time? The same on all ranks. */
 bool kith_growth_due(const struct kith_growth *growth, double time);
-/* On all ranks; amplitude: of rank 0. */
+/* Appends a row. Called on all ranks; amplitude: of rank 0. */
 kith_status kith_growth_add(struct kith_growth *growth, uint64_t step, double time, double amplitude);
-/* first: amplitude at the start, which grows as cosh(rate t). */
+/* Draws the picture. first: amplitude at the start, which grows as cosh(rate t). */
 kith_status kith_growth_draw(struct kith_growth *growth, const char *directory, double first);
 
 #endif

@@ -6,7 +6,7 @@
 #include "app/simulation/simulation.h"
 #include "lib/io/csv.h"
 
-/* Columns: name, least dimension that has it, how it is printed (REAL: 17 digits), value (of it, the
+/* Columns: name, least dimension that has it, format (REAL: 17 digits), value (an expression of it:
  * integrator, now: totals, all: sums over ranks, d: decomposition, seconds), unit, doc. */
 #define KITH_HISTORY_LIST(X)                                                                             \
   X(step, 1, COUNT, it->step, "", "since the start of the scene")                                        \
@@ -43,15 +43,16 @@
   X(seconds, 1, BRIEF, seconds, "s", "wall time since the start of the process")
 
 struct kith_history {
-  struct kith_csv_log steps; /* of rank 0 */
-  double largest_imbalance;  /* of all checks but the first, of what was measured before; 0: none */
+  struct kith_csv_log steps; /* on rank 0 */
+  double largest_imbalance;  /* that a check but the first found; 0: none */
   double started;            /* kith_seconds */
 };
 
-/* On rank 0. `restarted`: rows up to the simulation's step are kept; BAD_FILE if it has other columns. */
+/* Opens the table, on rank 0. `restarted`: rows up to the simulation's step are kept; BAD_FILE if it has
+ * other columns. */
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *simulation, bool restarted);
-/* After a step that was summarized: a row, on rank 0, which alone knows of a failure. */
+/* Appends a row after a step that was summarized, on rank 0, which alone knows of a failure. */
 kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *simulation);
 
 #endif

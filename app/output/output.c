@@ -38,7 +38,8 @@ static void snapshot_name(int number, char name[32]) {
   snprintf(name, 32, "snapshot_%04d.hdf", number);
 }
 
-/* The damaged checkpoint must not take the place of the good one. */
+/* Renames a damaged checkpoint, so that the next one does not put it in the place of the good one before
+ * it. */
 static kith_status set_damaged_aside(const struct kith_output *output) {
   char path[640], aside[660];
   struct kith_checkpoint *c;
@@ -51,11 +52,11 @@ static kith_status set_damaged_aside(const struct kith_output *output) {
   return KITH_OK;
 }
 
-/* A picture, or a snapshot; of a restart those that it has yet to write. */
+/* Is it a picture or a snapshot of an earlier run? With `restarted`: or one that the run has yet to write. */
 static bool is_of_earlier_run(const struct kith_output *output, bool restarted, const char *name) {
 #define DATA "@(profile|exact|mean).dat|map_+([0-9]).bin"
   static const char pictures[] = "@(@(plot|growth).@(gp|png|pdf)|probe_*.@(gp|png|pdf|dat|bin)|" DATA ")",
-                    of_frame[] = "@(.@(gp|png)|_@(" DATA "))"; /* behind its number */
+                    of_frame[] = "@(.@(gp|png)|_@(" DATA "))"; /* after the number */
 #undef DATA
   int number = -1, end = 0;
   if (sscanf(name, "snapshot_%4d.hdf%n", &number, &end) == 1 && end > 0)
@@ -65,8 +66,8 @@ static bool is_of_earlier_run(const struct kith_output *output, bool restarted, 
   return !restarted && fnmatch(pictures, name, FNM_EXTMATCH) == 0;
 }
 
-/* Of an earlier run: a run that fails must not stand beside another one's report. Tables that this run writes
- * are empty by now. */
+/* Removes what an earlier run left: a run that fails must not stand beside another one's report. Tables that
+ * this run writes are empty by now. */
 static kith_status clear(const struct kith_output *output, bool restarted) {
   const char *const old[] = {"checkpoint.kith",
                              "checkpoint.kith.previous",
@@ -108,7 +109,7 @@ static kith_status claim(struct kith_output *output, bool restarted, bool overwr
   return KITH_OK;
 }
 
-/* Is the checkpoint in this directory? What else is there is then of the same run. */
+/* Is the checkpoint in this directory? Then what else is there is of the same run. */
 static bool goes_on_here(const char *directory, const char *checkpoint) {
   char folder[1024] = ".";
   if (checkpoint == NULL) return false;
@@ -132,7 +133,7 @@ kith_status kith_output_open(struct kith_output *output, struct kith_simulation 
   return first ? clear(output, restarted) : KITH_OK;
 }
 
-/* jansson goes on without what it gets no memory for. */
+/* jansson goes on without what it gets no memory for: set when that happens. */
 static _Thread_local bool json_incomplete;
 
 static void *json_allocate(size_t bytes) {
@@ -157,7 +158,7 @@ kith_status kith_json_write(const char *path, json_t *json) {
   return status;
 }
 
-/* Of the snapshots that are there: a restart may have begun in another directory. */
+/* Writes the list of the snapshots that are there; a restart may have begun in another directory. */
 static kith_status write_series(const struct kith_output *output) {
   char path[640], name[32];
   json_t *files = json_array();
@@ -210,7 +211,7 @@ kith_status kith_output_snapshot(struct kith_output *output, const struct kith_s
   return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? write_series(output) : KITH_OK);
 }
 
-/* What a support reaches that may not have been found. */
+/* How far a node reaches: its support, or its search radius if the support is not finite. */
 static double reach_of(const struct kith_nodes *nodes, kith_index i) {
   return isfinite(nodes->support->f64[i]) ? nodes->support->f64[i] : nodes->search_radius->f64[i];
 }
@@ -218,7 +219,7 @@ static double reach_of(const struct kith_nodes *nodes, kith_index i) {
 kith_status kith_output_offenders(const struct kith_output *output, struct kith_simulation *m, int64_t id,
                                   bool *written) {
   struct kith_nodes *nodes = m->nodes;
-  double center[NDIM + 1]; /* and its reach; of the rank that has it */
+  double center[NDIM + 1]; /* position and reach, from the rank that has the node */
   uint8_t *others = NULL;
   char path[640];
   for (int a = 0; a <= NDIM; ++a) center[a] = -INFINITY;

@@ -8,8 +8,8 @@
 #include "lib/io/atomic_file.h"
 #include "lib/io/series.h"
 
-/* Unknowns of a field: its value and its gradient. Values at a node: scalars, then the velocity. What is
- * summed: the moments of (1), then its right-hand sides. */
+/* TERMS: unknowns of a field, its value and gradient. VALUES: at a node, scalars, then the velocity. SUMS:
+ * the moments of equation (1) in probes.h, then its right-hand sides. */
 enum {
   TERMS = NDIM + 1,
   SCALARS = 3,
@@ -19,7 +19,7 @@ enum {
   CHUNK = 64 /* points that are summed up together */
 };
 
-/* The columns of the file, of which those of gradients are the second half. */
+/* The columns of the file; those of gradients are the second half. */
 static const struct kith_series_column columns[] = {
     {"density", "", 1},
     {"pressure", "", 1},
@@ -31,38 +31,38 @@ static const struct kith_series_column columns[] = {
     {"velocity_gradient", "row of each component of the velocity, column of each axis", 9}};
 enum { COLUMNS = sizeof columns / sizeof *columns };
 
-/* One probe of the scene. */
+/* A probe of the scene and its points. */
 struct set {
   const struct kith_probe *probe;
-  struct kith_nodes *points;   /* internal; images of them are ghosts */
-  struct kith_field *mirror;   /* 1 along each axis, of an image -1 where it is mirrored */
-  struct kith_field *velocity; /* 0, of an image that of its mirror */
+  struct kith_nodes *points;   /* internal nodes; their images are ghosts */
+  struct kith_field *mirror;   /* 1; of an image -1 along axes in which it is mirrored */
+  struct kith_field *velocity; /* 0; of an image the velocity of its mirror */
   struct kith_search *search;  /* of the points */
   struct kith_list *list;
   struct kith_rows images; /* targets of each point: itself and its images */
   struct kith_series series;
   double *at;              /* [n][3] */
   double *column[COLUMNS]; /* of the present sample */
-  uint64_t sampled;        /* step after the last sample; 0: none yet */
+  uint64_t sampled;        /* 1 + step of the last sample; 0: none yet */
 };
 
 struct kith_probes {
   struct kith_simulation *simulation; /* borrowed */
   struct kith_search *search;         /* of the nodes, by their supports */
-  struct kith_boundaries faces;       /* those that have images; all borrowed */
-  const struct kith_field *barrier;   /* NULL: there is none */
+  struct kith_boundaries faces;       /* boundaries that have images; borrowed */
+  const struct kith_field *barrier;   /* flag of barrier nodes; NULL: there are none */
   struct kith_sum (*sums)[SUMS];      /* [CHUNK] */
-  double (*guess)[VALUES][TERMS];     /* [CHUNK] what is subtracted from the values, see sample_chunk */
+  double (*guess)[VALUES][TERMS];     /* [CHUNK] subtracted from the values: see sample_chunk */
   int n;
   struct set *set;
   char path[640];
-  struct kith_atomic_file *file; /* on rank 0: what grows; NULL: as published, or not begun */
+  struct kith_atomic_file *file; /* on rank 0: the copy that grows; NULL: as published, or not begun */
   bool published;
 };
 
 /* --- creation --- */
 
-/* Nodes and frozen nodes; every rank has all of these, so rank 0 takes them. */
+/* Chooses nodes and frozen nodes without barriers; every rank has all frozen nodes, so rank 0 takes them. */
 static bool is_source(const void *context, const struct kith_nodes *nodes, kith_index i) {
   const struct kith_probes *p = context;
   if (p->barrier != NULL && p->barrier->u8[i]) return false;
@@ -121,7 +121,7 @@ static kith_status make_set(const struct kith_probes *p, struct set *s, const st
   return kith_list_create(&s->list, &spec);
 }
 
-/* What is published goes on in a copy. */
+/* Copies the published file, which goes on in the copy. */
 static kith_status copy_published(const struct kith_probes *p) {
   enum { PIECE = 1 << 16 };
   static char piece[PIECE];
@@ -168,7 +168,7 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   /* A new file is made with the first sample: nothing is left behind if another rank fails before it. */
   if (kith_ranks_rank(m->nodes->ranks) != 0 || !p->published) return KITH_OK;
   KITH_TRY(open_file(p));
-  for (int k = 0; k < p->n; ++k) { /* without last states */
+  for (int k = 0; k < p->n; ++k) { /* without samples of last states */
     const uint64_t step = m->integrator.step, every = (uint64_t)p->set[k].probe->every;
     KITH_TRY(kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every));
   }
@@ -215,7 +215,7 @@ kith_status kith_probes_destroy(struct kith_probes **probes) {
 
 /* --- the sums of a point --- */
 
-/* How far outside of a face that has images node i is. */
+/* How far node i is outside of the faces that have images. */
 static double outside(const struct kith_probes *p, kith_index i) {
   double most = 0;
   for (int b = 0; b < p->faces.n; ++b) {
@@ -227,7 +227,8 @@ static double outside(const struct kith_probes *p, kith_index i) {
   return most;
 }
 
-/* Images of the points wherever a support may reach through a face: lists that last leave nodes beyond it. */
+/* Makes images of the points wherever a support may reach through a face; with lists that last, nodes may be
+ * beyond it. */
 static kith_status make_images(struct kith_probes *p, struct set *s) {
   const struct kith_nodes *nodes = p->simulation->nodes;
   struct kith_nodes *points = s->points;
@@ -251,7 +252,7 @@ static kith_status make_images(struct kith_probes *p, struct set *s) {
   return KITH_OK;
 }
 
-/* What node j adds to the sums of a point that it sees as its image g. scale: of lengths. */
+/* Adds node j to the sums of a point, whose image g sees it. scale: of lengths. */
 static void add_node(const struct kith_probes *p, const struct set *s, kith_index g, kith_index j,
                      double scale, double (*guess)[TERMS], struct kith_sum *sums) {
   const struct kith_simulation *m = p->simulation;
@@ -288,7 +289,7 @@ static void add_point(const struct kith_probes *p, const struct set *s, kith_ind
 
 /* --- the solution --- */
 
-/* Cholesky factors of the moments, scaled to 1 on the diagonal by size[k]. false: no gradient. */
+/* Cholesky factors of the moments, scaled to 1 on the diagonal by size[k]. false: there is no gradient. */
 static bool factorize(const double *sum, double *column[TERMS], double size[TERMS]) {
   for (int k = 0; k < TERMS; ++k)
     for (int l = k; l < TERMS; ++l) column[k][l] = *sum++;
@@ -300,7 +301,7 @@ static bool factorize(const double *sum, double *column[TERMS], double size[TERM
   return regular;
 }
 
-/* Value and gradient of one field: `right` becomes the solution. */
+/* Solves for value and gradient of one field: `right` becomes the solution. */
 static void solve(double *column[TERMS], const double size[TERMS], double right[TERMS]) {
   for (int k = 0; k < TERMS; ++k) right[k] *= size[k];
   SUNDlsMat_densePOTRS(column, TERMS, right);
@@ -317,7 +318,7 @@ static bool is_behind_face(const struct kith_probes *p, const double *x) {
   return false;
 }
 
-/* Into the columns of the file: value and gradient of all fields at point i. */
+/* Stores value and gradient of a field at point i in the columns of the file. */
 static void put(const struct set *s, size_t i, int field, const double solution[TERMS], double scale) {
   const bool scalar = field < SCALARS;
   const size_t k = scalar ? 0 : (size_t)(field - SCALARS);
@@ -328,7 +329,7 @@ static void put(const struct set *s, size_t i, int field, const double solution[
   for (int a = 0; a < NDIM; ++a) gradient[a] = solution[1 + a] / scale;
 }
 
-/* Adds the solution of these sums to the guess, and puts that into the columns. */
+/* Adds the solution of these sums to the guess, and stores that in the columns. */
 static void finish_point(const struct kith_probes *p, const struct set *s, size_t i,
                          const struct kith_sum *sums, double scale, double (*guess)[TERMS]) {
   double sum[SUMS], factor[TERMS][TERMS] = {{0}}, *column[TERMS], size[TERMS] = {0};
@@ -365,7 +366,8 @@ static kith_status add_points(struct kith_probes *p, const struct set *s, kith_i
   return KITH_OK;
 }
 
-/* Twice: what the first solution leaves of the values is small, and so is the error of the second. */
+/* Samples some points. Solves twice: what the first solution leaves of the values is small, and so is the
+ * error of the second. */
 static kith_status sample_chunk(struct kith_probes *p, const struct set *s, kith_index begin,
                                 kith_index end) {
   struct kith_ranks *ranks = p->simulation->nodes->ranks;

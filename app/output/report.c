@@ -12,16 +12,16 @@
 
 static json_t *text(const char *value) {
   json_t *json = value != NULL ? json_string(value) : NULL;
-  return json != NULL ? json : json_null(); /* also what is not UTF-8 */
+  return json != NULL ? json : json_null(); /* also for what is not UTF-8 */
 }
 
-/* Whole numbers without a decimal point. */
+/* Whole numbers are written without a decimal point. */
 static json_t *number(double value) {
   if (!isfinite(value)) return json_null();
   return value == rint(value) && fabs(value) < 0x1p53 ? json_integer((json_int_t)value) : json_real(value);
 }
 
-/* At a dotted path, whose objects are created. */
+/* Puts a value at a dotted path, whose objects are created. */
 static void put(json_t *object, const char *path, json_t *value) {
   const char *dot = strchr(path, '.');
   if (dot == NULL) {
@@ -66,7 +66,7 @@ static json_t *collect_ledger(const struct kith_simulation *m) {
   return ledger;
 }
 
-/* A word as a shell takes it. */
+/* Writes a word as a shell takes it. */
 static void put_word(FILE *f, const char *word) {
   const bool plain = word[0] != '\0' && strspn(word,
                                                "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -92,7 +92,7 @@ kith_status kith_provenance_take(struct kith_provenance *p, char *const *argumen
   return KITH_OK;
 }
 
-/* Over the steps: set-up, first rates and output are no part of a figure of merit. */
+/* Figures of merit over the steps: set-up, first rates and output are no part of them. */
 static struct kith_fom fom_of(const struct kith_simulation *m, double updates, double pairs) {
   const struct kith_stage *stage;
   double seconds = 0, bytes = kith_profile_counted(m->profile, "step/", "bytes");
@@ -139,7 +139,7 @@ static void put_spread(json_t *object, struct kith_spread spread) {
   put(object, "max", number(spread.max));
 }
 
-/* From now on every rank knows the stages of all. */
+/* Gives each rank the stages of all ranks. */
 static kith_status unite_stages(struct kith_profile *profile, struct kith_ranks *ranks) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(profile, &stage);
@@ -160,7 +160,7 @@ static kith_status unite_stages(struct kith_profile *profile, struct kith_ranks 
   return kith_ranks_allreduce_status(ranks, status);
 }
 
-/* The stages one after the other: ranks may have met them in another order. */
+/* Collects the seconds of all ranks, one stage after the other: ranks may have met them in another order. */
 static kith_status spread_stages(struct kith_report *r, struct kith_ranks *ranks) {
   int n = r->n_stages;
   if (ranks == NULL) return KITH_OK;
@@ -190,7 +190,7 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   getrusage(RUSAGE_SELF, &usage);
   const double steps = fmax((double)n_steps, 1),
                ghosts = kith_nodes_count(m->nodes) - kith_nodes_first_remote(m->nodes);
-  if (d != &none) remote = l->boundary[m->boundaries.n - 1]; /* it comes last */
+  if (d != &none) remote = l->boundary[m->boundaries.n - 1]; /* the boundary between ranks comes last */
   const struct {
     const char *key;
     double value;
@@ -237,7 +237,7 @@ static void put_norms(json_t *root, const struct kith_norms *n) {
 #undef NUMBER
 }
 
-/* The path of a stage is one key, whatever is in it. */
+/* The stages as JSON: the path of a stage is one key, although it may have dots. */
 static json_t *stages_of(const struct kith_report *r) {
   json_t *stages = json_object();
   for (int s = 0; s < r->n_stages; ++s) {

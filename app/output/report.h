@@ -23,7 +23,7 @@
 #include "validation/measure.h"
 #include "validation/norms.h"
 
-/* Over all ranks. */
+/* A value over all ranks. */
 struct kith_spread {
   double min, mean, max;
 };
@@ -33,19 +33,20 @@ struct kith_provenance {
   char host[64], date[32];
   char *command; /* owned */
 };
-/* Of now, and of a program started by these words. NO_MEMORY. */
+/* Describes this process and moment, and a program started by these words. NO_MEMORY. */
 kith_status kith_provenance_take(struct kith_provenance *provenance, char *const *arguments);
 
 /* Figures of merit: of all ranks and threads; bytes: the least that the steps move, as counted by stages. */
 struct kith_fom {
   double updates_per_second, per_core, pairs_per_second, bytes_per_update;
 };
-/* "FOM node-updates/s = ...": the last line of run and bench. */
+/* Prints "FOM node-updates/s = ...": the last line of run and bench. */
 void kith_fom_print(const struct kith_fom *fom, FILE *out);
 
-/* kind, member, key, value, unit, doc. A value is an expression of m (simulation), it (integrator), b
- * (baseline), p (provenance), now (totals), sum (over ranks: nodes, row entries, pair evaluations, processor
- * seconds, updates) and wall (seconds). Changes and drifts: the largest over the run (simulation.h). */
+/* Single values: kind, member, key, value, unit, doc. A value is an expression of m (simulation), it
+ * (integrator), b (baseline), p (provenance), now (totals), sum (over ranks: nodes, row entries, pair
+ * evaluations, processor seconds, updates) and wall (seconds). Changes and drifts: the largest over the run
+ * (simulation.h). */
 #define KITH_REPORT_LIST(X)                                                                             \
   X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \
   X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                               \
@@ -108,8 +109,8 @@ struct kith_report {
   json_t *ledger, *ranks_detail; /* objects; owned, may be NULL */
 };
 
-/* All but norms, measures, stages and ranks_detail. updates, pairs: of nodes and pairs of this rank, in the
- * steps of this process. The provenance is borrowed. Collective. */
+/* Collects all but norms, measures, stages and ranks_detail. updates, pairs: of nodes and pairs of this rank,
+ * in the steps of this process. The provenance is borrowed. Collective. */
 void kith_report_collect(struct kith_report *out, const struct kith_simulation *simulation,
                          const struct kith_conservation_baseline *baseline,
                          const struct kith_provenance *provenance, double updates, double pairs,
@@ -121,10 +122,10 @@ kith_status kith_report_detail_ranks(struct kith_report *report, const struct ki
                                      const struct kith_traffic *traffic, uint64_t n_steps,
                                      double largest_imbalance);
 void kith_report_clear(struct kith_report *report);
-/* DIR/report.json, whole or not at all. */
+/* Writes DIR/report.json, whole or not at all. */
 kith_status kith_report_write(const struct kith_report *report, const char *path);
-/* The closing table of at most 100 columns; names that are too long are cut. `all`: of all stages, with their
- * counters and those of every rank, and what ranks_detail has. (report_print.c) */
+/* Prints the closing table of at most 100 columns; names that are too long are cut. `all`: of all stages,
+ * with their counters and those of every rank, and what ranks_detail has. (report_print.c) */
 void kith_report_print(const struct kith_report *report, bool all, FILE *out);
 
 #endif

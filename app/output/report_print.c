@@ -4,7 +4,7 @@
 #include "app/cli/text.h"
 #include "app/output/report.h"
 
-/* Of an object; 0 if it is not there. */
+/* The number `name` of an object; 0 if it is not there. */
 static double at(const json_t *object, const char *name) {
   return json_number_value(json_object_get(object, name));
 }
@@ -46,7 +46,8 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
 }
 
-/* Beyond energy and momentum, what a scene is about: a vortex, or gas at rest that no shock will move. */
+/* Prints errors of energy and momentum, and of what a scene is about: a vortex, or gas at rest that no shock
+ * will move. */
 static void print_conservation(const struct kith_report *r, FILE *f) {
   const bool vortex = r->compared && r->norms.vortex,
              at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
@@ -75,9 +76,9 @@ static double bytes_of(const struct kith_report *r, const struct kith_stage *sta
   return 0;
 }
 
-/* The upper levels, or all: with bytes and the imbalance of threads, or the seconds of all ranks, and
- * counters. Shares are of the seconds of the program; ns per update are those of steps. Names are indented by
- * depth, and cut where they are too long. */
+/* Prints the upper levels of stages, or all: with bytes and the imbalance of threads, or the seconds of all
+ * ranks, and counters. Shares are of the seconds of the program; ns per update are those of steps. Names are
+ * indented by depth, and cut where they are too long. */
 static void print_stages(const struct kith_report *r, bool all, FILE *f) {
   enum { WIDTH = 36 };
   const struct kith_spread *spread = r->stage_spread;

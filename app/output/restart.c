@@ -10,7 +10,7 @@
 
 enum { REALS = 8, COUNTS = 6, SUMS = 3 /* the last of the counts, which ranks add up */ };
 
-/* What is stored of a run, of all ranks. */
+/* Numbers that are stored of a run, for all ranks together. */
 struct saved {
   double real[REALS];
   uint64_t count[COUNTS];
@@ -27,7 +27,7 @@ struct saved {
   X(through, "through", KITH_F64)   \
   X(ledger, "ledger", KITH_I64)
 
-/* Where the numbers belong. */
+/* Where a simulation keeps `real` and `count`. */
 struct places {
   double *real[REALS]; /* NULL: 0 is stored */
   uint64_t *count[COUNTS];
@@ -59,7 +59,7 @@ static struct saved collect(struct kith_output *output, struct kith_simulation *
   return saved;
 }
 
-/* `c` is NULL but on rank 0, which gets the nodes of all. */
+/* Writes the nodes of all ranks and all numbers. `c` is NULL except on rank 0. */
 static kith_status put_all(struct kith_checkpoint *c, const struct kith_simulation *m,
                            const struct kith_output *output, const struct saved *saved) {
   const struct kith_decomposition *d = m->decomposition;
@@ -81,7 +81,7 @@ kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simul
   struct saved saved = collect(output, m, baseline);
   char path[640];
   snprintf(path, sizeof path, "%s/checkpoint.kith", output->directory);
-  /* The tables first: a restart keeps their rows up to the checkpoint. */
+  /* Tables are flushed first: a restart keeps their rows up to the checkpoint. */
   kith_status status = kith_csv_log_sync(&output->history.steps);
   if (status == KITH_OK) status = kith_contacts_sync(output->contacts);
   if (status == KITH_OK) status = kith_csv_log_sync(&output->growth.log);
@@ -102,7 +102,7 @@ static int compare_ids(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-/* No id twice. Of nodes that each rank has with a range of ids. */
+/* Checks that no id is there twice. Each rank has the nodes of a range of ids. */
 static kith_status check_ids(const struct kith_nodes *nodes, const char *path) {
   const size_t n = (size_t)nodes->n_internal;
   int64_t *id = NULL;
@@ -118,7 +118,7 @@ static kith_status check_ids(const struct kith_nodes *nodes, const char *path) {
   return status;
 }
 
-/* A sum can be right for a state that no run has. */
+/* Checks values: a checksum can be right for a state that no run has. */
 static kith_status check_state(const struct kith_simulation *m, const struct saved *saved, const char *path) {
   const struct kith_nodes *nodes = m->nodes;
   const struct kith_hydro *hydro = &m->hydro;
@@ -137,7 +137,7 @@ static kith_status check_state(const struct kith_simulation *m, const struct sav
   return KITH_OK;
 }
 
-/* Of this rank alone. */
+/* Reads what this rank needs; the status is of this rank alone. */
 static kith_status read_share(struct kith_checkpoint *c, struct kith_output *output,
                               struct kith_simulation *m, struct saved *saved, const char *path) {
   const size_t n_snapshots = kith_checkpoint_length(c, "snapshot_times");
@@ -160,10 +160,10 @@ static void take_back(struct kith_output *output, struct kith_simulation *m, con
   const struct places places = places_of(output, m);
   for (int k = 0; k < REALS; ++k)
     if (places.real[k] != NULL) *places.real[k] = saved->real[k];
-  for (int k = 0; k < COUNTS; ++k) /* sums are kept by rank 0 */
+  for (int k = 0; k < COUNTS; ++k) /* sums over ranks go to rank 0 */
     if (k < COUNTS - SUMS || first_rank(m)) *places.count[k] = saved->count[k];
   const double every = m->scene->output.every, next = output->next, now = m->integrator.time;
-  if (every > 0 && !(next > now && next <= now + (1 + 1e-9) * every)) /* it was another one */
+  if (every > 0 && !(next > now && next <= now + (1 + 1e-9) * every)) /* the scene has another `every` now */
     output->next = every * (floor(now / every * (1 + 1e-9)) + 1);
   m->hydro.through = saved->through[0], m->integrator.flow.rate = saved->through[1];
 }
@@ -182,7 +182,7 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   return KITH_OK;
 }
 
-/* Neighbor lists as they were; the ledger and the reason of the time step limit continue. */
+/* Makes the neighbor lists as they were; the ledger and the reason of the time step limit continue. */
 static kith_status resume(struct kith_simulation *m, const struct kith_ledger *ledger) {
   struct kith_integrator *it = &m->integrator;
   KITH_TRY(kith_integrator_resume(it));

@@ -22,7 +22,7 @@
 #include "lib/comm/launched.h"
 #include "lib/io/atomic_file.h"
 
-/* A row now and then. */
+/* Progress that is shown: a row from time to time. */
 struct progress {
   bool shown;
   double from, started, drawn; /* time and clock at the first step; clock when it was drawn */
@@ -35,11 +35,11 @@ struct run {
   struct kith_profile *profile;
   struct kith_simulation *simulation;
   void *exact;            /* solution; NULL: the scene has none */
-  struct kith_nodes *gas; /* of this rank; NULL: there is nothing else */
+  struct kith_nodes *gas; /* copy of the gas of this rank that is compared; NULL: all nodes are */
   struct kith_output output;
   struct kith_conservation_baseline baseline;
   struct progress progress;
-  struct kith_traffic traffic; /* of the steps */
+  struct kith_traffic traffic; /* during the steps */
   struct kith_provenance provenance;
   struct kith_report report;
   double entered, until, started, cpu_started; /* entered: clock when the program began */
@@ -49,7 +49,7 @@ struct run {
   bool stopped;   /* by a signal, or for want of time; the same on all ranks */
 };
 
-/* *ranks: NULL if this process is the only one. */
+/* Joins the ranks. *ranks: NULL if this process is the only one. */
 static kith_status join_ranks(struct kith_ranks **ranks, const struct kith_options *options) {
   KITH_TRY(kith_ranks_create(ranks));
   if (options->threads == 0) kith_share_cores(*ranks, INT_MAX);
@@ -70,7 +70,7 @@ static bool speaks(const struct run *run) {
 
 /* ---- start: all that can be found wrong before the first step ---- */
 
-/* The trace would replace what the run is made from. */
+/* Refuses a trace that would replace a file which the run is made from. */
 static kith_status check_read(const char *trace, const char *read) {
   if (!kith_is_same_file(trace, read)) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "--trace: %s is the file %s, which this run reads", trace, read);
@@ -78,7 +78,7 @@ static kith_status check_read(const char *trace, const char *read) {
 
 static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
-  if (speaks(run) && o->trace != NULL) { /* can it be written? Better to know now than at the end */
+  if (speaks(run) && o->trace != NULL) { /* tests now whether it can be written, not at the end */
     struct kith_atomic_file *file;
     for (const struct kith_config *c = run->scene->config; c != NULL; c = c->base)
       KITH_TRY(check_read(o->trace, c->file));
@@ -98,7 +98,7 @@ static kith_status read_scene(struct run *run) {
   return kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings);
 }
 
-/* Of a restart: what was asked for must not be over. */
+/* Checks that the end that a restart is asked for is not before its checkpoint. */
 static kith_status check_future(const struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   const struct kith_options *o = run->options;
@@ -139,7 +139,7 @@ static kith_status prepare(struct run *run) {
 
 /* ---- comparison: norms, measures and pictures, to which each rank adds its nodes ---- */
 
-/* Fields have their names from kith_hydro_init. */
+/* The nodes that are compared. Fields have their names from kith_hydro_init. */
 static struct kith_profile_view view_of(const struct run *run) {
   const struct kith_nodes *nodes = run->gas != NULL ? run->gas : run->simulation->nodes;
 #define VALUES(name) kith_nodes_field_named(nodes, name)->f64
@@ -161,7 +161,8 @@ static bool measures(const struct kith_scene *scene) {
   return wanted;
 }
 
-/* start: what was measured then; NULL: this is the start, or what a mode is compared with. */
+/* Takes a measure. start: what was measured then; NULL: this is the start, or what a mode is compared
+ * with. */
 static double take(const struct run *run, enum kith_measure which, const double *start) {
   const struct kith_profile_view view = view_of(run);
   struct kith_measured measured = {.nodes = &view,
@@ -186,15 +187,15 @@ static kith_status copy_gas(struct run *run) {
   return kith_boundaries_enforce(&m->boundaries, run->gas, true, true);
 }
 
-/* All that is compared: what is behind the faces of inflows is not, and what has left the box since lists
- * were made, which may last, is put back. */
+/* Copies the nodes that are compared, if these are not all nodes: those behind the faces of inflows are left
+ * out, and nodes that have left the box since lists were made, which may last, are put back. */
 static kith_status choose_gas(struct run *run) {
   const struct kith_simulation *m = run->simulation;
   if (m->nodes->flag == NULL && !kith_rebuilds_lasting(&m->rebuilds)) return KITH_OK;
   return kith_ranks_allreduce_status(run->ranks, copy_gas(run));
 }
 
-/* What measures are compared with at the end. */
+/* Measures what the measures at the end are compared with. */
 static kith_status measure_start(struct run *run) {
   if (!measures(run->scene)) return KITH_OK;
   KITH_TRY(choose_gas(run));
@@ -203,7 +204,7 @@ static kith_status measure_start(struct run *run) {
   return KITH_OK;
 }
 
-/* The amplitude of the mode that grows, when it is wanted. */
+/* Appends the amplitude of the mode that grows, when it is wanted. */
 static kith_status sample_growth(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   if (!kith_growth_due(&run->output.growth, it->time)) return KITH_OK;
@@ -214,7 +215,7 @@ static kith_status sample_growth(struct run *run) {
                                      kith_growth_add(&run->output.growth, it->step, it->time, amplitude));
 }
 
-/* A picture that cannot be drawn is a warning. norms: NULL: not shown. */
+/* Draws a picture; a warning if it cannot be drawn. norms: NULL: not shown. */
 static void draw(const struct run *run, const char *frame, const struct kith_norms *norms) {
   const struct kith_plot plot = {.scene = run->scene->name,
                                  .frame = frame,
@@ -229,7 +230,7 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
 }
 
-/* Pictures of what was sampled on the way. One process. */
+/* Draws pictures of what was sampled on the way. Called by one process. */
 static kith_status draw_tables(struct run *run) {
   if (run->output.growth.scene != NULL)
     KITH_TRY(kith_growth_draw(&run->output.growth, run->output.directory,
@@ -239,7 +240,7 @@ static kith_status draw_tables(struct run *run) {
   return kith_probes_draw(run->scene, run->exact, run->output.directory);
 }
 
-/* And the picture of it, if every one is to have one. */
+/* Writes a snapshot, and the picture of it, if every one is to have one. */
 static kith_status write_snapshot(struct run *run) {
   char name[32];
   snprintf(name, sizeof name, "frame_%04d", run->output.n_snapshots);
@@ -253,7 +254,7 @@ static kith_status write_snapshot(struct run *run) {
 
 /* ---- steps ---- */
 
-/* After a step: a row every 2 seconds, and the last one. */
+/* Prints a row after a step: every 2 seconds, and the last one. */
 static void show_progress(struct run *run, bool last) {
   struct progress *p = &run->progress;
   const struct kith_integrator *it = &run->simulation->integrator;
@@ -268,7 +269,7 @@ static void show_progress(struct run *run, bool last) {
           100 * done, left);
 }
 
-/* Have the ranks on this computer more threads than cores that they may use? */
+/* Warns if the ranks on this computer have more threads than cores that they may use. */
 static void warn_of_cores(const struct kith_ranks *ranks) {
   const int here = kith_ranks_on_this_machine(ranks), threads = omp_get_max_threads(),
             online = (int)sysconf(_SC_NPROCESSORS_ONLN),
@@ -282,7 +283,7 @@ static void warn_of_cores(const struct kith_ranks *ranks) {
   fputc('\n', stderr);
 }
 
-/* First rates of a new run, and what its drifts are measured against. */
+/* Evaluates the first rates of a new run, and takes the totals that its drifts are measured against. */
 static kith_status begin(struct run *run) {
   run->started = run->saved = kith_seconds();
   run->cpu_started = cpu_seconds();
@@ -311,7 +312,7 @@ static double step_end(const struct run *run) {
   return every <= 0 || next > run->until - 1e-9 * every ? run->until : next;
 }
 
-/* A checkpoint of now, before which all tables are on the disk. */
+/* Writes a checkpoint of now, before which all tables are on the disk. */
 static kith_status save(struct run *run) {
   run->saved = kith_seconds();
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, run->simulation->integrator.pending));
@@ -344,7 +345,8 @@ static kith_status after_step(struct run *run) {
   return KITH_OK;
 }
 
-/* A signal may have reached some ranks only; clocks differ: rank 0 has the one that counts. */
+/* Asks for a stop or a checkpoint. A signal may have reached some ranks only, so each may ask; clocks differ,
+ * so that of rank 0 counts. */
 static void ask(void *context, double wish[KITH_WISHES]) {
   struct run *run = context;
   const struct kith_options *o = run->options;
@@ -383,7 +385,8 @@ static kith_status steps(struct run *run) {
 
 /* ---- end ---- */
 
-/* The checkpoint comes first: the last snapshot is not one that a longer run would write. */
+/* Writes the last state. The checkpoint comes first: the last snapshot is not one that a longer run would
+ * write. */
 static kith_status write_state(struct run *run) {
   const double time = run->simulation->integrator.time;
   if (run->scene->output.checkpoint_at_end || run->stopped) KITH_TRY(save(run));
@@ -443,7 +446,7 @@ static kith_status finish(struct run *run) {
   return KITH_OK;
 }
 
-/* The last failure, said once. Ranks that do not know of it would wait for this one: then all end here. */
+/* Prints the last failure, once. Ranks that do not know of it would wait for this one: then all end here. */
 static enum kith_exit complain(const struct run *run, enum kith_exit code) {
   const bool agreed = kith_ranks_status_is_shared(run->ranks);
   if (!agreed) fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(run->ranks), kith_failure());
@@ -452,18 +455,19 @@ static enum kith_exit complain(const struct run *run, enum kith_exit code) {
   return code;
 }
 
-/* The node that a message names, with its neighbors. Collective; all ranks have the message. */
+/* Writes a snapshot of the node that a message names, with its neighbors. Collective; all ranks have the
+ * message. */
 static void write_offenders(struct run *run, const char *reason, char *where, size_t size) {
   const char *named = reason;
   bool written = false;
   while ((named = strstr(named, "node ")) != NULL && !isdigit((unsigned char)named[strlen("node ")])) ++named;
-  if (named == NULL) return; /* or of "a node", which is none that could be found */
+  if (named == NULL) return; /* or it is of "a node", which could not be found */
   const long long id = strtoll(named + strlen("node "), NULL, 10);
   if (kith_output_offenders(&run->output, run->simulation, id, &written) == KITH_OK && written)
     snprintf(where, size, ", that of node %lld and its neighbors in offenders.hdf", id);
 }
 
-/* The reason, and a snapshot of where it happened, unless it is writing that failed. */
+/* Prints the reason, and writes a snapshot of where it happened, unless it is writing that failed. */
 static enum kith_exit fail(struct run *run, kith_status status) {
   const struct kith_integrator *it = &run->simulation->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
@@ -493,7 +497,7 @@ static enum kith_exit carry_out(struct run *run) {
   return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
-/* The process that starts mpirun does no more than that. */
+/* Starts mpirun and waits: this process does no more than that. */
 static enum kith_exit launch(const struct kith_options *options) {
   enum kith_exit code = KITH_EXIT_FAILED;
   if (options->ranks > kith_ranks_most()) {

@@ -20,7 +20,7 @@ enum { CAUGHT = sizeof caught / sizeof *caught };
 /* Globals that change, since signal handlers have no arguments of ours. */
 static volatile sig_atomic_t stop, child;
 
-/* Those that are ignored, as nohup does, stay so. */
+/* Sets the handler of the signals that stop a run; those that are ignored, as nohup does, stay so. */
 static void handle_with(void (*handler)(int), int flags) {
   struct sigaction action = {.sa_handler = handler, .sa_flags = flags}, before;
   for (int k = 0; k < CAUGHT; ++k)
@@ -28,9 +28,9 @@ static void handle_with(void (*handler)(int), int flags) {
       sigaction(caught[k], &action, NULL);
 }
 
-/* Is it the first signal, or does it come at least a second after that? One that comes with it is the same
- * wish: who stops a job may signal every process of it, and each passes its own on. Functions that a handler
- * may call. */
+/* Is it the first signal, or does it come at least a second after that? One that comes earlier is the same
+ * wish: who stops a job may signal every process of it, and each passes its own on. Calls only functions that
+ * a handler may call. */
 static bool is_new(void) {
   static struct timespec first;
   struct timespec now;
@@ -40,7 +40,7 @@ static bool is_new(void) {
   return stop == 0 || since >= 1;
 }
 
-/* The second one has its usual effect, the end. */
+/* The first signal stops the run after its step; the second has its usual effect, the end. */
 static void on_signal(int number) {
   if (!is_new()) return;
   if (stop != 0) {
@@ -50,8 +50,8 @@ static void on_signal(int number) {
   stop = 1;
 }
 
-/* Libraries crash where they lack memory: one line, and the code of a run that failed. A core is left where
- * one is wanted. Only functions that a handler may call. */
+/* Prints one line for a crash, as of libraries that lack memory, and ends with the code of a run that failed.
+ * A core is left where one is wanted. Calls only functions that a handler may call. */
 static void on_crash(int number) {
   char line[160];
   struct rlimit core;
@@ -67,7 +67,7 @@ static void on_crash(int number) {
 void kith_signals_ignore(void) {
   signal(SIGXFSZ, SIG_IGN);
   signal(SIGPIPE, SIG_IGN);
-#ifndef KITH_SANITIZE /* which say more */
+#ifndef KITH_SANITIZE /* sanitizers say more */
   static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
   for (size_t k = 0; k < sizeof crashes / sizeof *crashes; ++k) signal(crashes[k], on_crash);
 #endif
@@ -81,15 +81,15 @@ bool kith_signals_stop(void) {
   return stop != 0;
 }
 
-/* mpirun gives USR1 to all ranks; TERM ends them. */
+/* Passes a signal on to mpirun: first USR1, which mpirun gives to all ranks; then TERM, which ends them. */
 static void pass_on(int number) {
   (void)number;
   if (is_new()) kill(child, stop++ == 0 ? SIGUSR1 : SIGTERM);
 }
 
-/* Not in the foreground of the terminal: what it sends when a key is pressed would end the ranks. Not with
- * the locks in shared memory that PMIx takes by default: if a rank is killed while it starts, mpirun waits
- * for its lock for ever (openpmix issue 1233). */
+/* Becomes mpirun. Not in the foreground of the terminal: what it sends when a key is pressed would end the
+ * ranks. Not with the locks in shared memory that PMIx takes by default: if a rank is killed while it starts,
+ * mpirun waits for its lock for ever (openpmix issue 1233). */
 static void become_mpirun(char *const *words) {
   setenv("PMIX_MCA_gds", "hash", 0);
   setenv("OMPI_MCA_opal_signal", "", 0); /* no traces of a rank that crashes: it is named below */
@@ -100,7 +100,8 @@ static void become_mpirun(char *const *words) {
   _exit(KITH_EXIT_FAILED);
 }
 
-/* Ranks are not bound to cores: the threads of a rank would all have to share one. */
+/* Makes the words of mpirun. Ranks are not bound to cores: the threads of a rank would all have to share
+ * one. */
 static kith_status words_of(int ranks, char *const *own, char **words, int most) {
   static char self[PATH_MAX], number[16];
   if (realpath("/proc/self/exe", self) == NULL) KITH_FAIL(BAD_FILE, "/proc/self/exe: %s", strerror(errno));
@@ -117,7 +118,8 @@ static kith_status words_of(int ranks, char *const *own, char **words, int most)
   return KITH_OK;
 }
 
-/* Where mpirun can open no more files, it neither starts all ranks nor ends: it has up to five for each. */
+/* Allows mpirun the open files it needs, up to five for each rank: without them it neither starts all ranks
+ * nor ends. */
 static kith_status check_room(int ranks) {
   const int wanted = 50 + 5 * ranks;
   struct rlimit files;

@@ -8,11 +8,11 @@
 
 #include "app/cli/options.h"
 
-/* Broken pipes and files that may not grow are errors of their writes, not the end; a crash is one line. */
+/* Makes broken pipes and files that may not grow errors of their writes, not the end; a crash is one line. */
 void kith_signals_ignore(void);
 /* From now on signals stop the run after a step. */
 void kith_signals_catch(void);
-/* Has one come? */
+/* Has a signal come? */
 bool kith_signals_stop(void);
 
 /* Runs this program with the same words under mpirun, on `ranks` ranks, and waits. Signals go on to all of

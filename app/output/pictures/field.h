@@ -5,11 +5,11 @@
 #include "app/scene/picture.h"
 #include "validation/exact/exact.h"
 
-/* What the velocity of a picture is. */
+/* What a picture calls velocity. */
 struct kith_picture_axes {
   const struct kith_exact_ops *exact; /* NULL: none */
   const double *center;               /* NULL: none */
-  bool speed;                         /* its absolute value, not along x or about the center */
+  bool speed;                         /* the absolute value, not the component along x or about the center */
 };
 
 double kith_picture_value(const struct kith_picture_axes *axes, enum kith_picture_field field,

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* In single quotes nothing is special to gnuplot but these. */
+/* Writes a text in single quotes, where only these characters are special to gnuplot: they are replaced. */
 static void put_quoted(FILE *f, const char *text) {
   fputc('\'', f);
   for (const char *s = text; *s != '\0'; ++s) fputc((unsigned char)*s < ' ' ? ' ' : *s == '\'' ? '`' : *s, f);
@@ -71,8 +71,8 @@ void kith_figure_series(struct kith_figure *g, const char *label, const char *st
   vsnprintf(how, sizeof how, style, arguments);
   va_end(arguments);
   fprintf(g->plot, ", $series%d %s", g->n_series++, how);
-  if (g->n_panels > 1) return;       /* all are in the first panel, from which the legend is */
-  char *with = strstr(how, "with "); /* behind "smooth unique" */
+  if (g->n_panels > 1) return;       /* the legend is of the first panel, which has all series */
+  char *with = strstr(how, "with "); /* after "smooth unique" */
   if (g->legend == NULL) g->legend = open_memstream(&g->legend_text, &g->legend_size);
   if (g->legend == NULL) return;
   fprintf(g->legend, ", NaN %s title ", with != NULL ? with : how);
@@ -89,7 +89,7 @@ void kith_figure_draw(struct kith_figure *g, double level) {
   FILE *f = g->file->stream;
   fputs("END\n", f);
   if (g->n_points == 0)
-    fputs("set xrange [1:10]\nset yrange [1:10]\n", f); /* gnuplot stops at nothing to draw */
+    fputs("set xrange [1:10]\nset yrange [1:10]\n", f); /* gnuplot stops if there is nothing to draw */
   if (g->plot != NULL && fclose(g->plot) == 0)
     fprintf(f, "plot %.9g with lines dt 2 lc rgb '#666c75'%s\n", level, g->plot_text);
   free(g->plot_text);

@@ -21,14 +21,14 @@ struct kith_figure {
   struct kith_figure_layout layout;
   char directory[KITH_PATH], name[48];
   struct kith_atomic_file *file;
-  bool png_only; /* no pdf: of one of many */
+  bool png_only; /* no pdf: one of many pictures */
   int n_panels;  /* so far */
-  /* Of the panel: what its plot command says of the series. */
+  /* Of the present panel: what its plot command says of the series. */
   int n_series, n_points;
   FILE *plot;
   char *plot_text;
   size_t plot_size;
-  /* The series of the first panel. */
+  /* The series of the first panel, for the legend. */
   FILE *legend;
   char *legend_text;
   size_t legend_size;
@@ -44,34 +44,34 @@ struct kith_figure_map {
   const char *file; /* which the pixels are written to, in the figure's directory */
   const char *title, *labels[2];
   int pixels[2];
-  double lower[2], size[2]; /* of the rectangle; of a pixel */
+  double lower[2], size[2]; /* lower corner of the rectangle; sides of a pixel */
   const float *value;       /* [pixels[1]][pixels[0]]; NaN: none */
   bool has_sign;            /* colors from blue through white to red; else their lightness grows */
-  struct kith_range colors; /* NaN: of the values */
+  struct kith_range colors; /* NaN: the range of the values */
 };
 
 void kith_range_include(struct kith_range *range, double value); /* if it is finite */
-/* With room for a curve that keeps off the border, and more than round-off. */
+/* Widens a range, so that curves keep off the border, and beyond round-off. */
 struct kith_range kith_range_with_room(struct kith_range range);
-/* Between tics: five or so in the range, steps of 1, 2 or 5. */
+/* Distance of tics: five or so in the range, steps of 1, 2 or 5. */
 double kith_range_tics(struct kith_range range);
 
 kith_status kith_figure_open(struct kith_figure *figure, const char *directory, const char *name,
                              const char *title, const struct kith_figure_layout *layout);
-/* y is logarithmic. */
+/* Begins a panel, whose y is logarithmic. */
 void kith_figure_panel(struct kith_figure *figure, const char *title, const char *x_label,
                        const char *y_label, bool logarithmic_x);
-/* style: as the plot command of gnuplot takes it, "with lines". The legend shows the series of the first
- * panel. */
+/* Begins a series. style: as the plot command of gnuplot takes it, "with lines". The legend shows the series
+ * of the first panel. */
 __attribute__((format(printf, 3, 4))) void kith_figure_series(struct kith_figure *figure, const char *label,
                                                               const char *style, ...);
-/* A point of the last series; left out where x or y cannot be drawn. */
+/* Adds a point to the last series; left out where x or y cannot be drawn. */
 void kith_figure_point(struct kith_figure *figure, double x, double y);
-/* The panel, with a dashed line across it at y = level. */
+/* Ends a panel, with a dashed line across it at y = level. */
 void kith_figure_draw(struct kith_figure *figure, double level);
-/* The panel of a map; writes its pixels. BAD_FILE. */
+/* Ends the panel of a map; writes its pixels. BAD_FILE. */
 kith_status kith_figure_map(struct kith_figure *figure, const struct kith_figure_map *map);
-/* For panels whose plot commands the caller writes: the legend below them, as what `plot` takes. */
+/* Draws a legend below panels whose plot commands the caller writes. entries: what `plot` takes. */
 void kith_figure_legend(struct kith_figure *figure, const char *entries);
 /* Writes the script and runs gnuplot. A figure is no reason to lose a study: what goes wrong with gnuplot is
  * a warning on stderr; BAD_FILE if the script cannot be written. */

@@ -32,7 +32,7 @@ struct kith_map kith_map_of(const struct kith_profile_view *nodes, int normal, d
   return map;
 }
 
-/* The pixels whose middles are nearer than `reach` along axis k of the map: first to last - 1. */
+/* Finds the pixels whose middles are nearer to x than `reach`, along axis k of the map: first to last - 1. */
 static void pixels_near(const struct kith_map *map, int k, double x, double reach, int *first, int *last) {
   const double place = (x - map->lower[k]) / map->size[k] - 0.5, near = reach / map->size[k];
   *first = (int)KITH_MAX(0, ceil(place - near));

@@ -13,14 +13,14 @@ struct kith_map {
   int across[2]; /* axes to the right and upwards */
   int normal; /* axis across which a slice is cut at `at`; -1: all nodes count (2-D; or the line of sight) */
   double at;
-  double lower[2], size[2]; /* of the corner, of a pixel */
+  double lower[2], size[2]; /* lower corner; sides of a pixel */
   int pixels[2];
 };
 
-/* The plane across axis `normal`, at a position (NaN: all nodes, along the line of sight), as far as there
- * are nodes; at least 2-D. */
+/* The map of the plane across axis `normal`, at a position (NaN: all nodes, along the line of sight), as far
+ * as there are nodes; at least 2-D. */
 struct kith_map kith_map_of(const struct kith_profile_view *nodes, int normal, double at);
-/* Into value[pixels[1]][pixels[0]]: `of` of the nodes, NaN where there is none. NO_MEMORY. */
+/* Draws `of` of the nodes into value[pixels[1]][pixels[0]], NaN where there is none. NO_MEMORY. */
 kith_status kith_map_draw(const struct kith_map *map, const struct kith_profile_view *nodes, const double *of,
                           float *value);
 

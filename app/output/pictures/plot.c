@@ -12,11 +12,11 @@
 
 enum { MOST_NODES = 20000, CURVE = 2000, BINS = 60 };
 
-/* What of a node is shown where. */
+/* A panel: which value of the nodes it shows, as a curve or a map. */
 struct panel {
   enum kith_picture_field field;
   bool error, map;
-  struct kith_range nodes, exact; /* of a curve: values in the range of places */
+  struct kith_range nodes, exact; /* of a curve: range of the values that are shown */
 };
 
 struct picture {
@@ -36,7 +36,7 @@ struct picture {
   float *pixels[KITH_PICTURE_PANELS];         /* owned */
 };
 
-/* Of all ranks. */
+/* Extends a range to those of all ranks. */
 static void join(const struct picture *f, struct kith_range *r) {
   kith_ranks_min(f->plot->nodes.ranks, &r->lower, 1);
   kith_ranks_max(f->plot->nodes.ranks, &r->upper, 1);
@@ -79,7 +79,7 @@ static double place_of(const struct picture *f, kith_index i) {
   return kith_exact_place(f->plot->exact, f->center, f->plot->nodes.position + (size_t)i * NDIM);
 }
 
-/* The node of stretch k of `stretches`, by golden sections: no pattern with that of a lattice. */
+/* Picks a node from stretch k of `stretches`, by golden sections: no pattern with that of a lattice. */
 static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
   const int64_t first = (int64_t)n * k / stretches, next = (int64_t)n * (k + 1) / stretches;
   return (kith_index)(first + (int64_t)((double)(next - first) * fmod(k * 0.6180339887498949, 1)));
@@ -92,7 +92,8 @@ static void add_panel(struct picture *f, enum kith_picture_field field, bool err
   f->panel[f->n++] = (struct panel){field, error, map, KITH_NO_RANGE, KITH_NO_RANGE};
 }
 
-/* Does the exact solution vary across x, so that no curve over x shows it? By 200 nodes of each rank. */
+/* Does the exact solution vary across x, so that no curve over x shows it? Judged at 200 nodes of each
+ * rank. */
 static bool varies_across(const struct picture *f) {
   const struct kith_plot *p = f->plot;
   const kith_index n = p->nodes.n, asked = KITH_MIN(n, (kith_index)200);
@@ -108,9 +109,10 @@ static bool varies_across(const struct picture *f) {
   return kith_ranks_any(p->nodes.ranks, varies);
 }
 
-/* Chosen ones; else four curves; without an exact solution a map of the density, but of a tube; or, about the
- * center of an exact solution, curves and beside them a map of what it is about and of its error; maps and
- * errors of a solution that varies in the plane. */
+/* Chooses the panels: those that the scene names; else, if the exact solution varies in the plane, maps of
+ * density and pressure with their errors; else four curves, or, without an exact solution, a map of the
+ * density unless the nodes fill a tube. About the center of an exact solution two maps stand beside the
+ * curves: of what it is about, and of its error. */
 static void choose_panels(struct picture *f) {
   const struct kith_picture *wanted = f->plot->picture;
   const struct kith_exact_ops *exact = f->plot->exact;
@@ -176,7 +178,7 @@ static kith_status count_nodes(struct picture *f) {
   return KITH_OK;
 }
 
-/* At most MOST_NODES, of each rank according to its number. */
+/* Collects at most MOST_NODES nodes, from each rank according to its number. */
 static kith_status collect_nodes(struct picture *f) {
   const struct kith_profile_view *nodes = &f->plot->nodes;
   const int64_t most = KITH_MIN(f->total, (int64_t)MOST_NODES), all = KITH_MAX(f->total, 1);
@@ -298,7 +300,8 @@ static kith_status write_means(const struct picture *f, const char *directory) {
   return kith_atomic_file_commit(&file, false);
 }
 
-/* On a ray to a corner: in a periodic box the images of the center are farthest there. */
+/* Writes the exact curve; about a center on a ray to a corner: in a periodic box its images are farthest
+ * there. */
 static kith_status write_curve(struct picture *f, const char *directory) {
   const struct kith_plot *p = f->plot;
   const double *center = f->center;
@@ -335,8 +338,8 @@ static void put_title(char title[96], const struct picture *f, const struct pane
   snprintf(title + used, 96 - (size_t)used, ", L1 error %.3g", norm[panel->field]->l1);
 }
 
-/* Nodes and the exact curve, with some room. Where the curve has no bound, as the energy in the center of a
- * blast, it ends three spans (on a logarithmic axis a decade) beyond the nodes. */
+/* The range of a panel: nodes and the exact curve, with some room. Where the curve has no bound, as the
+ * energy in the center of a blast, it ends three spans (on a logarithmic axis a decade) beyond the nodes. */
 static struct kith_range widest(const struct panel *panel, bool logarithmic) {
   struct kith_range n = panel->nodes, all = n;
   if (!(n.lower <= n.upper)) return (struct kith_range){0, 1};
@@ -350,7 +353,7 @@ static struct kith_range widest(const struct panel *panel, bool logarithmic) {
   return kith_range_with_room(n);
 }
 
-/* How gnuplot draws them. */
+/* Colors and styles of gnuplot. */
 #define NODES (NDIM > 1 ? "#8fb8de" : "#0072b2")
 #define EXACT "lines lw 2 lc rgb '#d55e00'"
 #define MEANS "points pt 6 ps 0.7 lw 1.5 lc rgb 'black'"
@@ -413,7 +416,7 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
   return kith_figure_map(g, &drawn);
 }
 
-/* A lone map as its plane is. */
+/* The layout of panels; a lone map has the shape of its plane. */
 static struct kith_figure_layout layout_of(const struct picture *f, bool curves) {
   struct kith_figure_layout l = {
       .rows = (f->n + f->columns - 1) / f->columns, .columns = f->columns, .width = 500, .height = 440};

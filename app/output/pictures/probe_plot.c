@@ -12,7 +12,7 @@ enum { TIMES = 5, COLUMNS = 4 };
 struct picture {
   const struct kith_scene *scene;
   const struct kith_probe *probe;
-  const void *solution; /* NULL: no exact one */
+  const void *solution; /* exact; NULL: there is none */
   const char *directory;
   struct kith_picture_axes axes;
   char file[KITH_PATH + 16], name[48];
@@ -25,7 +25,7 @@ struct picture {
 
 /* ---- what was sampled ---- */
 
-/* sample: -1: all. */
+/* Loads the columns of a sample; sample -1: of all samples. */
 static kith_status load(struct picture *f, int64_t sample) {
   static const char *const name[COLUMNS] = {"density", "pressure", "energy", "velocity"};
   size_t n, each;
@@ -34,7 +34,8 @@ static kith_status load(struct picture *f, int64_t sample) {
   return KITH_OK;
 }
 
-/* Row `row` of what is loaded; a point has a row a sample, and is where it is. */
+/* The place of row `row` of what is loaded. A probe of one point has a row for each sample, all at its
+ * place. */
 static void position_of(const struct picture *f, size_t row, double x[NDIM]) {
   kith_probe_point(f->probe, f->n_edges > 0 ? (int)row : 0, x);
 }
@@ -59,7 +60,7 @@ static double value_at(const struct picture *f, int k, size_t row, double time) 
 
 /* ---- curves ---- */
 
-/* The axis an edge is along; -1: it is oblique, and places are distances from where it begins. */
+/* The axis along which an edge is; -1: it is oblique, and places are distances from where it begins. */
 static int axis_of(const struct picture *f, int edge) {
   int axis = -1;
   for (int a = 0; a < NDIM; ++a) {
@@ -143,7 +144,7 @@ static kith_status write_curves(struct picture *f) {
   return status;
 }
 
-/* From light to dark. */
+/* Colors of the times, from light to dark. */
 static const char *const shade[TIMES] = {"#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c"};
 #define EXACT "with lines dt 2 lw 1.5 lc rgb '#d55e00'"
 
@@ -235,7 +236,7 @@ static kith_status draw_panels(struct kith_figure *g, const struct picture *f) {
   return KITH_OK;
 }
 
-/* A panel of a map is as high as its plane. */
+/* The layout of panels; that of a map is as high as its plane. */
 static struct kith_figure_layout layout_of(const struct picture *f) {
   const int n = f->probe->picture.n, columns = n > 4 ? 3 : n > 1 ? 2 : 1;
   struct kith_figure_layout l = {(n + columns - 1) / columns, columns, 500, 440, 34};

@@ -12,8 +12,8 @@
 
 #include "app/scene/scene.h"
 
-/* All probes of the scene that are to be drawn and were sampled. solution: exact, NULL: none. One process.
- * BAD_FILE: a file that cannot be read or written. */
+/* Draws all probes of the scene that are to be drawn and were sampled. solution: exact, NULL: none. Called by
+ * one process. BAD_FILE: a file that cannot be read or written. */
 kith_status kith_probes_draw(const struct kith_scene *scene, const void *solution, const char *directory);
 
 #endif
