@@ -9,7 +9,7 @@ static double volume(const struct kith_measured *m, kith_index i) {
   return m->nodes->mass[i] / m->nodes->density[i];
 }
 
-/* Of all ranks. */
+/* Values of sums over all ranks. */
 static void values_of(const struct kith_measured *m, struct kith_sum *sum, int n, double *value) {
   kith_sum_ranks(m->nodes->ranks, sum, n);
   for (int k = 0; k < n; ++k) value[k] = kith_sum_value(&sum[k]);
@@ -20,7 +20,7 @@ static double longest_wave(const struct kith_measured *m) {
   return 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]);
 }
 
-/* nu, by the decay of a mode: of vortices, or of a shear wave. */
+/* nu from the decay of a mode: of vortices, or of a shear wave. */
 static double viscosity(const struct kith_measured *m, bool vortices) {
   const int y = NDIM > 1;
   const double *lower = m->domain.lower, k = longest_wave(m);
@@ -47,8 +47,9 @@ static double vortex_viscosity(const struct kith_measured *m) {
   return viscosity(m, true);
 }
 
-/* 2 |sum w v_y exp(i k x)| / sum V exp(-n k distance), w = V exp(-k distance), the distance from the nearer
- * of two layers, at 1/4 and 3/4 of a box of side 1, or from the middle of the domain. */
+/* Amplitude of a mode: 2 |sum w v_y exp(i k x)| / sum V exp(-n k distance), w = V exp(-k distance), the
+ * distance from the nearer of two layers, at 1/4 and 3/4 of a box of side 1, or from the middle of the
+ * domain. */
 static double amplitude(const struct kith_measured *m, double k, bool two_layers, int n) {
   const int y = NDIM > 1;
   const double *lower = m->domain.lower, middle = 0.5 * (m->domain.upper[y] - lower[y]);
@@ -71,7 +72,7 @@ static double mcnally(const struct kith_measured *m) {
   return amplitude(m, 4 * M_PI, true, 1);
 }
 
-/* Exact for v_y ~ exp(-k |y|). */
+/* Exact for a mode v_y ~ exp(-k |y|). */
 static double ripple(const struct kith_measured *m) {
   return amplitude(m, longest_wave(m), false, 2);
 }
@@ -83,7 +84,7 @@ static double growth(const struct kith_measured *m) {
 
 static double spread(const struct kith_measured *m) {
   struct kith_sum sum[3] = {{{0}, 0}};
-  double value[3]; /* mass, its radius, squares of its distance from the mean radius */
+  double value[3]; /* mass, mass times radius, mass times its squared distance from the mean radius */
   for (int pass = 0; pass < 2; ++pass) {
     for (kith_index i = 0; i < m->nodes->n; ++i) {
       const double r = sqrt(kith_distance2(m->nodes->position + (size_t)i * NDIM, m->center)),
@@ -102,15 +103,15 @@ struct place {
   double x[NDIM], spacing;
 };
 
-/* Nodes of this rank in the order of x, each against the next ones that are near enough along x: its own, and
- * those of the other ranks, which go around. */
+/* A search: the nodes of this rank, in the order of x, meet those that are near enough along x, which are its
+ * own and those of the other ranks; these go around. */
 struct search {
   const struct kith_measured *m;
   kith_index n;
   struct place *place;   /* [n], owned */
   struct place *room[2]; /* for those of another rank, owned */
-  double *nearest;       /* [n] of asymmetry: from the image of a node; owned */
-  double widest, least;  /* of separation: spacing of all; distance */
+  double *nearest;       /* [n] for asymmetry: least distance of a node from the image of each; owned */
+  double widest, least;  /* for separation: largest spacing of all ranks; least distance, in spacings */
 };
 
 static int by_x(const void *a, const void *b) {
@@ -135,7 +136,7 @@ static kith_status open_search(struct search *s, size_t most) {
   return KITH_OK;
 }
 
-/* In step k there are the nodes of the rank that is k before this one. */
+/* Sends the nodes of all ranks around: in step k this rank meets those of the rank that is k before it. */
 static kith_status go_round(struct search *s, const int64_t *count,
                             void (*meet)(struct search *s, const struct place *other, kith_index n)) {
   struct kith_ranks *ranks = s->m->nodes->ranks;
@@ -153,7 +154,7 @@ static kith_status go_round(struct search *s, const int64_t *count,
   return KITH_OK;
 }
 
-/* *total: nodes of all ranks. */
+/* Lets the nodes of this rank meet those of all ranks. *total: nodes of all ranks. */
 static kith_status search_all(struct search *s, uint64_t *total,
                               void (*meet)(struct search *s, const struct place *other, kith_index n)) {
   struct kith_ranks *ranks = s->m->nodes->ranks;
@@ -202,7 +203,7 @@ static void meet_images(struct search *s, const struct place *other, kith_index 
   for (kith_index i = 0; i < s->n; ++i) {
     struct place image = s->place[i];
     image.x[0] = s->place[i].x[NDIM > 1], image.x[NDIM > 1] = s->place[i].x[0];
-    kith_index low = 0, high = n; /* the first one that is not left of the image; from there both ways */
+    kith_index low = 0, high = n; /* the first node that is not left of the image; from there both ways */
     while (low < high) {
       const kith_index middle = low + (high - low) / 2;
       if (other[middle].x[0] < image.x[0])

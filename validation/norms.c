@@ -66,7 +66,7 @@ static kith_status finite_nodes(const struct kith_profile_view *nodes) {
 
 enum { FIELDS = 5 }; /* density, velocity, pressure, energy, speed */
 
-enum { VOLUMES, FIRST, SECOND = FIRST + FIELDS, SUMS = SECOND + FIELDS }; /* V, V d, V d^2 */
+enum { VOLUMES, FIRST, SECOND = FIRST + FIELDS, SUMS = SECOND + FIELDS }; /* sums of V, V d, V d^2 */
 
 struct sums {
   struct kith_sum sum[SUMS];
@@ -98,7 +98,7 @@ static void add_node(struct sums *s, const struct measure *m, kith_index i) {
   ++s->nodes;
 }
 
-/* norm[FIELDS], written; returns the number of nodes. */
+/* Sets norm[FIELDS]; returns the number of nodes of all ranks in the window. */
 static uint64_t sum_nodes(const struct measure *m, struct kith_norm *norm) {
   struct sums total = {0};
 #pragma omp parallel
@@ -120,9 +120,9 @@ static uint64_t sum_nodes(const struct measure *m, struct kith_norm *norm) {
   return total.nodes;
 }
 
-/* Sums of m, V, V times place, V times speed over the nodes of a bin. Integers have no order, and exact sums
- * of 2^16 bins would take 150 MB: a term is rounded to a multiple of `unit`, of which a sum of all nodes has
- * less than 2^63. */
+/* Sums over the nodes of a bin: of m, V, V times place, V times speed. They are integers, whose sums do not
+ * depend on order; exact sums of 2^16 bins would take 150 MB. A term is rounded to a multiple of `unit`, of
+ * which a sum of all nodes has less than 2^63. */
 enum { MASS, VOLUME, MOMENT, FLOW, QUANTITIES };
 
 struct bins {
@@ -142,7 +142,7 @@ static double bin_speed(const struct bins *bins, int k) {
   return of_bin(bins, k, FLOW) / of_bin(bins, k, VOLUME);
 }
 
-/* Returns the place of node i. */
+/* Sets what node i adds to its bin; returns its place. */
 static double bin_terms(const struct measure *m, kith_index i, double *term) {
   const double s = coordinate(m, i), v = volume(m, i);
   term[MASS] = m->nodes->mass[i], term[VOLUME] = v, term[MOMENT] = v * s;
@@ -164,7 +164,8 @@ static void choose_units(struct bins *bins, const struct measure *m) {
     bins->unit[q] = most[q] > 0 ? ldexp(1, ilogb(most[q]) + ilogb((double)nodes) + 2 - 62) : 1;
 }
 
-/* BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies beyond. */
+/* Fills BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies
+ * beyond. */
 static void fill_bins(struct bins *bins, const struct measure *m, double origin, double width) {
   double term[QUANTITIES];
   memset(bins->sum, 0, BINS * sizeof *bins->sum);
@@ -177,7 +178,8 @@ static void fill_bins(struct bins *bins, const struct measure *m, double origin,
   kith_ranks_sum_counts(m->nodes->ranks, (uint64_t *)bins->sum, BINS * QUANTITIES);
 }
 
-/* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. *mass: their mean. */
+/* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. *mass: their mean
+ * mass. */
 static double spacing_near_shock(const struct measure *m, double distance, double *mass) {
   struct kith_sum sum[2] = {{{0}, 0}}; /* volume, mass */
   uint64_t count = 0;
@@ -190,7 +192,7 @@ static double spacing_near_shock(const struct measure *m, double distance, doubl
   return count > 0 ? kith_root_dim(kith_sum_value(&sum[0]) / (double)count) : 0;
 }
 
-/* Exact state beside the exact shock: its density, and its outward speed. */
+/* Exact state at an offset from the exact shock: returns its density; *speed: its outward speed. */
 static double density_beside(const struct measure *m, double offset, double *speed) {
   double x[NDIM] = {0};
   for (int a = 0; m->center != NULL && a < NDIM; ++a) x[a] = m->center[a];
@@ -201,7 +203,8 @@ static double density_beside(const struct measure *m, double offset, double *spe
   return s.density;
 }
 
-/* Inwards, from the highest bin if out is 1, else from the lowest: where the speed rises through `level`. */
+/* The place where the speed first rises through `level`, going inwards: from the highest bin if out is 1,
+ * else from the lowest. 0: nowhere. */
 static double crossing(const struct bins *bins, int out, double level) {
   int before = -1;
   for (int n = 0; n < BINS; ++n) {
@@ -218,8 +221,8 @@ static double crossing(const struct bins *bins, int out, double level) {
   return 0;
 }
 
-/* Radius of the gas inside `place` before the blast, from its part of the mass of the window; 0 if the window
- * is no ball, or the gas ahead not of one density. */
+/* Radius that the gas inside `place` had before the blast, from its part of the mass of the window; 0 if the
+ * window is no ball, or the gas ahead is not of one density. */
 static double swept_radius(const struct measure *m, double place) {
   const double radius = m->window->r[1];
   struct kith_sum sum[2] = {{{0}, 0}}; /* mass inside, all */
@@ -285,7 +288,7 @@ static struct kith_norms compare(const struct measure *m, struct bins *bins) {
   static const struct kith_norm none = {NAN, NAN, NAN};
   struct kith_norm norm[FIELDS];
   const uint64_t count = sum_nodes(m, norm);
-  for (int q = 0; q < FIELDS && count == 0; ++q) norm[q] = none; /* nothing was compared */
+  for (int q = 0; q < FIELDS && count == 0; ++q) norm[q] = none; /* no node is in the window */
   struct kith_norms norms = {.density = norm[0],
                              .velocity = norm[1],
                              .pressure = norm[2],

@@ -27,17 +27,17 @@ struct kith_norm {
 
 struct kith_norms {
   struct kith_norm density, velocity, pressure, energy, speed;
-  kith_index nodes; /* nodes inside the window; with none, all the rest is 0 */
+  kith_index nodes; /* nodes inside the window; with none, the norms are NaN and nothing else is measured */
   /* max |(P - P*) / P*| of nodes no farther from the contact than half of the way to the wave on their side,
    * so that neither counts: Riemann problems with a star pressure only, else 0 */
   double contact_pressure_error;
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
   double shock_swept; /* the same by the mass that was overrun, see below; 0 for solutions without a center */
-  bool shock_outside; /* it is outside of the window: the norms do not see it */
-  /* How far the measured one is ahead, in spacings of the undisturbed gas, (mean mass / exact density ahead)^
-   * (1/NDIM) of the nodes that also give the width of the bins: what is smeared by the same number of nodes
-   * at any resolution has the same offset; 0 if none is measured. */
+  bool shock_outside; /* the exact shock is outside of the window: the norms do not see it */
+  /* How far the measured shock is ahead of the exact one, in spacings of the undisturbed gas, (mean mass /
+   * exact density ahead)^(1/NDIM) of the nodes that also give the width of the bins: what is smeared by the
+   * same number of nodes at any resolution has the same offset; 0 if none is measured. */
   double shock_offset;
   /* Radial solutions: largest mean density over radial bins of 0.005, or of one node spacing at the shock if
    * that is larger; else the largest density of a node. */
@@ -54,10 +54,10 @@ struct kith_profile_view {
   struct kith_ranks *ranks; /* which have the other nodes; NULL: there are none */
 };
 
-/* Collective: all ranks get the same, to the last bit what one process gets, since sums are exact, and those
- * of bins are of whole multiples of 2^-62 of the largest that is possible. Cost: one state() per node, on all
- * threads, and a few sweeps over the nodes of this rank. DIVERGED, with the node and the value, if a value is
- * not finite or a density or mass not positive; *out is then unchanged.
+/* Measures the norms. Collective: all ranks get the same, to the last bit what one process gets, since sums
+ * are exact, and those of bins are of whole multiples of 2^-62 of the largest that is possible. Cost: one
+ * state() per node, on all threads, and a few sweeps over the nodes of this rank. DIVERGED, with the node and
+ * the value, if a value is not finite or a density or mass not positive; *out is then unchanged.
  *
  * The measured shock. Nodes are binned by distance from the center (or along axis 0), bins one mean node
  * spacing wide: (mean V)^(1/NDIM) of the nodes within four mean spacings of the exact shock. A bin's speed is

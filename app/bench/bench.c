@@ -36,19 +36,20 @@ static const char scene_text[] = "scene: bench\n" SIZE
                                  "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2.4}\n"
                                  "until: 0.05\n";
 
-/* One run. */
+/* Results of one run. */
 struct figures {
   double updates, per_second, rebuilds, energy_drift;
-  double candidates, entries, pairs; /* of a node and step */
-  double plain_density, plain_force; /* ns of the reference loops on the same rows, of a node */
+  double candidates, entries, pairs; /* per node and step */
+  double plain_density, plain_force; /* ns per node of the reference loops on the same rows */
   enum kith_traversal traversal;
   struct kith_fom fom;
   struct kith_profile *profile; /* owned */
 };
 
-/* ---- loops that anybody could have written: what a figure is measured by ---- */
+/* ---- reference loops, as anybody could have written them ---- */
 
-/* Bytes per second of a[i] = b[i] + 3 c[i], 2^24 doubles, 24 bytes counted an element; best of five. */
+/* Measures bytes per second of a[i] = b[i] + 3 c[i], 2^24 doubles, 24 bytes counted an element; best of
+ * five. */
 static kith_status reference_triad(double *bytes_per_second) {
   enum { N = 1 << 24 };
   double *a = NULL, best = INFINITY;
@@ -78,7 +79,7 @@ static double plain_density(const struct kith_simulation *m, kith_index i) {
   return sum;
 }
 
-/* (1 - q)^3 / H^(d + 2), 0 outside */
+/* (1 - q)^3 / H^(d + 2), 0 outside of the support; left = 1 - q, inverse = 1 / H */
 static inline double slope(double left, double inverse) {
   return left > 0 ? left * left * left * kith_pow_dim(inverse) * inverse * inverse : 0;
 }
@@ -109,7 +110,7 @@ static double plain_force(const struct kith_simulation *m, kith_index i) {
   return rate + kith_norm(sum);
 }
 
-/* ns per node of a sum over the rows: one scalar loop, nothing kept; best of three. */
+/* ns per node of a sum over the rows: one scalar loop, in which nothing is stored; best of three. */
 static double time_of(const struct kith_simulation *m,
                       double (*node)(const struct kith_simulation *, kith_index)) {
   double best = INFINITY;
@@ -149,7 +150,7 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   return KITH_OK;
 }
 
-/* The scene of a case: `setting`, up to two or a NULL, then the command line. */
+/* Reads the scene of a case: with each `setting` that is not NULL, then those of the command line. */
 static kith_status read_scene(const struct kith_options *options, const char *const setting[2],
                               struct kith_scene **scene) {
   const char *overrides[KITH_MAX_OVERRIDES + 2];
@@ -159,7 +160,7 @@ static kith_status read_scene(const struct kith_options *options, const char *co
   return kith_scene_parse(scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
 }
 
-/* `loops`: the reference loops are timed too, on the rows of the last step. */
+/* Runs a case. `loops`: the reference loops are timed too, on the rows of the last step. */
 static kith_status run_case(const struct kith_options *options, const char *const setting[2], int threads,
                             bool loops, struct figures *out) {
   struct kith_scene *scene = NULL;
@@ -176,7 +177,8 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   return status;
 }
 
-/* A case: the package, and a setting or NULL. Without a `base` it times its own reference loops. */
+/* Runs a case (the package, and a setting or NULL) and prints its line. Without a `base` it times its own
+ * reference loops. */
 static kith_status bench_case(const struct kith_options *options, const char *const setting[2], int threads,
                               const struct figures *base, struct figures *f) {
   char what[64];
@@ -203,14 +205,14 @@ static void print_line(const char *what, const struct figures *f, double ns, dou
   printf("\n");
 }
 
-/* The time of a stage and of those below it, or its own, of a node and step; 0: there is none. */
+/* ns per node and step of a stage with those below it, or of its own; 0: there is none. */
 static double ns_of(const struct figures *f, int stage, bool own) {
   const struct kith_stage *of;
   if (f == NULL || stage >= kith_profile_stages(f->profile, &of)) return 0;
   return 1e9 * (own ? of[stage].self_seconds : of[stage].seconds) / f->updates;
 }
 
-/* Stages on one thread, beside triad and reference loops, and on all (NULL if there is one). */
+/* Prints the stages on one thread, beside triad and reference loops, and on all (NULL if there is one). */
 static void print_stages(const char *package, const struct figures *one, const struct figures *all,
                          double triad, int threads) {
   const struct kith_stage *stage;

@@ -359,8 +359,9 @@ static kith_status take_times(const struct model *o, struct kith_forecast *f) {
                  bytes = say->told_bytes * neighbors + say->cell_bytes * cells +
                          say->created_bytes * fmax(o->ghosts[MADE][r], o->ghosts[KEPT][r]) +
                          say->kept_bytes * o->ghosts[KEPT][r],
-                 seconds = cost->seconds * ((1 - cost->of_items) * part + cost->of_items * items) +
-                           messages * machine->latency + bytes / machine->bandwidth;
+                 seconds =
+                     cost->seconds * ((1 - cost->ghost_stage_part) * part + cost->ghost_stage_part * items) +
+                     messages * machine->latency + bytes / machine->bandwidth;
     slowest = fmax(slowest, seconds), sum += seconds;
     f->messages += messages / n, f->bytes += bytes / n;
   }

@@ -22,9 +22,9 @@
 #include "app/plan/calibration.h"
 
 struct kith_step_cost {
-  double seconds;  /* T of the equations above */
-  double of_items; /* g */
-  double images;   /* ghosts of one process */
+  double seconds;          /* T of the equations above */
+  double ghost_stage_part; /* g */
+  double images;           /* ghosts of one process */
   struct kith_rehearsal rehearsal;
   struct kith_machine machine;
 };

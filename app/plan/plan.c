@@ -21,8 +21,8 @@ enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
 
 struct plan {
   struct kith_scene *scene;
-  struct kith_scene *coarse; /* NULL: the scene itself is simulated; else at a lower resolution */
-  double copies, finer;      /* ratio of nodes, scene to simulation; ratio of spacings, simulation to scene */
+  struct kith_scene *coarse;           /* NULL: the scene itself is simulated; else at a lower resolution */
+  double node_ratio, resolution_ratio; /* of the scene to the simulation */
   struct kith_profile *profile;
   struct kith_simulation *simulation;
   double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
@@ -76,10 +76,11 @@ static void show_materials(const struct plan *plan) {
     add(&eos, "", "%s", material->eos->name);
     add_settings(&eos, material->eos->params, material->settings);
     line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
-         plan->copies * nodes->lists[l].count, eos.s);
+         plan->node_ratio * nodes->lists[l].count, eos.s);
   }
   const struct kith_nodes *held = kith_boundaries_held(&m->boundaries);
-  if (held != NULL) line("", "%-12s %9.0f nodes; they never move", "frozen", plan->copies * held->n_internal);
+  if (held != NULL)
+    line("", "%-12s %9.0f nodes; they never move", "frozen", plan->node_ratio * held->n_internal);
 }
 
 static void structure(const char *name, bool built, int digits, double amount, const char *of,
@@ -238,17 +239,17 @@ static void show_memory(const struct plan *plan) {
   kith_simulation_bytes(plan->simulation, bytes);
   printf("\n  %-12s  %12s  %14s\n", "memory", "in all", "bytes per node");
   for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
-    total += plan->copies * (double)bytes[k].bytes;
+    total += plan->node_ratio * (double)bytes[k].bytes;
     printf("    %-10s  %12s  %14.1f\n", bytes[k].name,
-           kith_text_bytes(text, plan->copies * (double)bytes[k].bytes), (double)bytes[k].bytes / n);
+           kith_text_bytes(text, plan->node_ratio * (double)bytes[k].bytes), (double)bytes[k].bytes / n);
   }
-  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n / plan->copies);
+  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n / plan->node_ratio);
 }
 
 static void show_dt(const struct plan *plan) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const struct kith_timestep_limit *limit = &it->timestep_limit;
-  const double first = limit->dt / plan->finer;
+  const double first = limit->dt / plan->resolution_ratio;
   line("Courant", "%.3g (%s)", it->cfl,
        plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
   if (kith_scheme_has_blocks(it->scheme, it->settings))
@@ -281,7 +282,7 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   char time[32], all[32];
   const double first = fixed    ? it->fixed_dt
                        : blocks ? 0.1 * plan->full_dt
-                                : it->timestep_limit.dt / plan->finer;
+                                : it->timestep_limit.dt / plan->resolution_ratio;
   double steps = expected_steps(first, fixed ? it->fixed_dt : plan->full_dt, until);
   const double guess = steps * evaluation;
   const bool calibrated =
@@ -313,7 +314,7 @@ static double share_of_updates(const struct plan *plan) {
   double sum = 0;
 #pragma omp parallel for schedule(static) reduction(+ : sum)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    sum += plan->finer * plan->full_dt / kith_package_limit_of_node(it->package, i, it->cfl).dt;
+    sum += plan->resolution_ratio * plan->full_dt / kith_package_limit_of_node(it->package, i, it->cfl).dt;
   return sum / it->nodes->n_internal;
 }
 
@@ -367,7 +368,7 @@ static void show_forecast(const char *partitioner, kith_status status, const str
 }
 
 /* The part of the time at the start that is spent in stages which treat ghosts as nodes: g of forecast.h. */
-static double part_of_items(const struct plan *plan) {
+static double part_of_ghost_stages(const struct plan *plan) {
   static const char *const names[] = {"ghosts", "neighbors", "cull", "patch"};
   const struct kith_stage *stage;
   const int n = kith_profile_stages(plan->profile, &stage);
@@ -385,11 +386,12 @@ static kith_status cost_of_step(const struct plan *plan, const struct kith_optio
                                 struct kith_step_cost *cost) {
   enum { REHEARSE_NODES = 2000 };
   const struct kith_simulation *m = plan->simulation;
-  const double finer = kith_root_dim(fmax(plan->copies * m->nodes->n_internal / REHEARSE_NODES, 1));
-  *cost = (struct kith_step_cost){.of_items = part_of_items(plan),
-                                  .images = plan->copies / plan->finer * m->nodes->n_ghost,
+  const double coarsening = kith_root_dim(fmax(plan->node_ratio * m->nodes->n_internal / REHEARSE_NODES, 1));
+  *cost = (struct kith_step_cost){.ghost_stage_part = part_of_ghost_stages(plan),
+                                  .images = plan->node_ratio / plan->resolution_ratio * m->nodes->n_ghost,
                                   .machine = plan->scene->machine};
-  KITH_TRY(kith_rehearsal_run(&cost->rehearsal, options, 2 * ceil(0.5 * plan->scene->resolution / finer)));
+  KITH_TRY(
+      kith_rehearsal_run(&cost->rehearsal, options, 2 * ceil(0.5 * plan->scene->resolution / coarsening)));
   cost->seconds = plan->evaluation * plan->growth * cost->rehearsal.evaluations;
   return KITH_OK;
 }
@@ -406,8 +408,8 @@ static kith_status show_ranks(const struct plan *plan, const struct kith_options
   char seconds[32], latency[32], collective[32], bandwidth[32];
   KITH_TRY(cost_of_step(plan, options, &cost));
   printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
-         plan->copies * m->nodes->n_internal / n_ranks,
-         plan->copies * (double)m->integrator.ledger.last_row_entries / n_ranks);
+         plan->node_ratio * m->nodes->n_internal / n_ranks,
+         plan->node_ratio * (double)m->integrator.ledger.last_row_entries / n_ranks);
   line("a step", "%s on one rank; %.1f collective calls, %.1f messages to a neighbor, %.1f to a peer",
        kith_text_seconds(seconds, cost.seconds), cost.rehearsal.collectives, cost.rehearsal.told,
        cost.rehearsal.created + cost.rehearsal.kept);
@@ -434,7 +436,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
   if (plan->coarse != NULL)
     line("simulated", "resolution %.4g, %d nodes; what follows is scaled to %.4g, %.3g times as many",
          plan->coarse->resolution, plan->simulation->nodes->n_internal, plan->scene->resolution,
-         plan->copies);
+         plan->node_ratio);
   show_materials(plan);
   show_requirements(plan->simulation);
   show_lifecycle(plan->simulation);
@@ -452,7 +454,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
  * instead. */
 static kith_status read_scenes(struct plan *plan, const struct kith_options *o) {
   double *site_volume = NULL, sites = 0, coarse = 0;
-  plan->copies = plan->finer = 1;
+  plan->node_ratio = plan->resolution_ratio = 1;
   KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
   KITH_TRY(kith_resize(&site_volume, 0, (size_t)plan->scene->n_regions + 1, sizeof *site_volume));
   kith_status status = kith_initial_conditions_outline(plan->scene, site_volume, &sites);
@@ -460,7 +462,8 @@ static kith_status read_scenes(struct plan *plan, const struct kith_options *o) 
     status = kith_scene_read_at(&plan->coarse, o,
                                 2 * ceil(0.5 * plan->scene->resolution * kith_root_dim(MODEL_NODES / sites)));
     if (status == KITH_OK) status = kith_initial_conditions_outline(plan->coarse, site_volume, &coarse);
-    if (status == KITH_OK) plan->copies = sites / coarse, plan->finer = kith_root_dim(plan->copies);
+    if (status == KITH_OK)
+      plan->node_ratio = sites / coarse, plan->resolution_ratio = kith_root_dim(plan->node_ratio);
   }
   kith_free(&site_volume);
   return status;
@@ -476,10 +479,10 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
   if (o->threads == 0) kith_share_cores(NULL, m->nodes->n_internal);
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_simulation_start(m));
-  plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt / plan->finer;
+  plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt / plan->resolution_ratio;
   kith_simulation_warn(m);
   KITH_TRY(kith_evaluation_measure(m, &plan->evaluation));
-  plan->evaluation *= plan->copies;
+  plan->evaluation *= plan->node_ratio;
   *code = KITH_EXIT_OK;
   return KITH_OK;
 }

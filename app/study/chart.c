@@ -28,9 +28,9 @@ static const int cost_column[COSTS] = {KITH_CPU_SECONDS, KITH_PAIR_EVALUATIONS};
 struct cloud {
   const struct kith_suite *suite;
   int n, measure;
-  double target; /* the suite's; else the largest error at the finest resolution */
+  double target; /* that of the suite; else the largest error at the finest resolution */
   double resolution[POINTS], error[POINTS], cost[COSTS][POINTS];
-  bool on[COSTS][POINTS]; /* the Pareto front */
+  bool on[COSTS][POINTS]; /* on the Pareto front */
 };
 
 static void fill(struct cloud *c, const struct kith_study *s, int measure) {
@@ -46,7 +46,7 @@ static void fill(struct cloud *c, const struct kith_study *s, int measure) {
   for (int a = 0; a < COSTS; ++a) kith_pareto_front(c->n, c->cost[a], c->error, c->on[a]);
 }
 
-/* Method m at an error. */
+/* What method m costs at the target. */
 struct offer {
   int m;
   struct kith_cost_at_error at[COSTS];
@@ -79,7 +79,7 @@ static void put_method(FILE *f, const struct cloud *c, const struct offer *offer
   fputc('\n', f);
 }
 
-/* A method for a line, the cheapest at the error first. */
+/* Writes a line for each method, the cheapest at the target first. */
 static void put_methods(FILE *f, const struct cloud *c) {
   struct offer offer[KITH_SUITE_METHODS];
   const int n = c->suite->n_values, n_methods = c->suite->n_methods;
@@ -93,7 +93,8 @@ static void put_methods(FILE *f, const struct cloud *c) {
   for (int m = 0; m < n_methods; ++m) put_method(f, c, &offer[m]);
 }
 
-/* Above the front: a point of ours has at most the cost and at most the error. */
+/* Writes a line for each point of another code. It is above the front if a point of ours has at most its cost
+ * and at most its error. */
 static void put_codes(FILE *f, const struct cloud *c) {
   int n = 0;
   for (int j = 0; j < c->suite->n_codes; ++j) {
@@ -137,7 +138,7 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
   if (to_file) fputs("\n![error against cost](chart.png)\n", f);
 }
 
-/* a: against a cost; COSTS: against resolution. */
+/* Draws a panel. a: against this cost; COSTS: against resolution. */
 static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {
   static const char *const labels[] = {"CPU-seconds", "pair evaluations",
                                        "resolution (nodes per unit length)"};
@@ -182,7 +183,7 @@ static kith_status draw(const struct kith_study *s) {
   return kith_figure_close(&g);
 }
 
-/* `kith plan` looks at every method at its coarsest resolution. */
+/* Has `kith plan` check every method at its coarsest resolution. */
 static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {
   for (int m = 0; m < s->n_methods; ++m)
     KITH_TRY(kith_job_check(programs, &s->job[m * s->n_values], s->file, "method"));

@@ -29,7 +29,7 @@ double kith_order(int n, const double *resolution, const double *error) {
 
 struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution, const double *cost,
                                                 const double *error, double target) {
-  int above = -1, below = -1; /* the last point above the target, and the one behind it */
+  int above = -1, below = -1; /* the last point above the target, and the one after it */
   for (int k = 0; k < n; ++k) {
     if (!is_point(cost[k], error[k])) continue;
     if (error[k] > target)

@@ -20,7 +20,7 @@ struct comparison {
   struct side {
     hid_t file, particles;
     struct field id;
-    size_t *order; /* owned; rows by id, or as they are stored */
+    size_t *order; /* owned; rows sorted by id, or as they are stored */
   } side[2];
   bool by_nodes;
   struct kith_snapshot_diff *same;

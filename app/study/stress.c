@@ -11,7 +11,7 @@
 #include <math.h>
 #include "app/study/study.h"
 
-/* The measure of job k as it is judged; NaN: the run failed. */
+/* The measure of job k, over that at the first value if the sweep says so; NaN: the run failed. */
 static double judged_value(const struct kith_suite *s, int k) {
   const double value = s->point[k].value[KITH_MEASURES],
                first = s->point[k - k % s->n_values].value[KITH_MEASURES];
@@ -61,7 +61,7 @@ static void put_table(FILE *f, const struct kith_study *w) {
   fputc('\n', f);
 }
 
-/* What did not pass. */
+/* Writes the bound of a sweep, and what did not pass. */
 static void put_sweep(FILE *f, const struct kith_suite *s) {
   fprintf(f, "\n## %s\n\n%s, scene %s in %d-D; passes: ", s->name, s->parameter, s->scene, s->dimension);
   put_bound(f, s);
@@ -84,7 +84,7 @@ static void put_text(FILE *f, const struct kith_study *w, bool to_file) {
   for (int k = 0; k < w->n && to_file; ++k) put_sweep(f, &w->suite[k]);
 }
 
-/* What the command line sets must make sense to one run at least, before any is started. */
+/* Reads the sweeps. What the command line sets is checked with the first run, before any is started. */
 static kith_status read_sweeps(struct kith_study *w) {
   const struct kith_options *o = w->options;
   const bool own = o->subject != NULL && kith_suite_is_path(o->subject);
@@ -97,7 +97,7 @@ static kith_status read_sweeps(struct kith_study *w) {
 }
 
 static kith_status list(struct kith_study *w) {
-  static const struct kith_options all; /* whatever the command line says */
+  static const struct kith_options all; /* without what the command line says */
   w->options = &all;
   KITH_TRY(read_sweeps(w));
   for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s) {
@@ -108,7 +108,7 @@ static kith_status list(struct kith_study *w) {
   return KITH_OK;
 }
 
-/* 3: a method that does not even pass the mildest value. */
+/* 3 if a method does not even pass the mildest value. */
 static enum kith_exit verdict(const struct kith_study *w) {
   for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s)
     for (int m = 0; m < s->n_methods; ++m)

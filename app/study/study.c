@@ -36,7 +36,8 @@ kith_status kith_job_set(struct kith_job *job, const char *assignment) {
   return KITH_OK;
 }
 
-/* The last line of a log that starts with "kith: " and is no warning. */
+/* Finds why a run failed: the last line of its log that starts with "kith: " and is no warning, or its
+ * end. */
 static void find_reason(const char *log, double cpu_limit, struct kith_job_end *end) {
   char line[1024];
   FILE *file = fopen(log, "r");
@@ -49,7 +50,7 @@ static void find_reason(const char *log, double cpu_limit, struct kith_job_end *
   while (file != NULL && end->code > 0 && fgets(line, sizeof line, file) != NULL) {
     if (strncmp(line, "kith: ", 6) != 0 || strncmp(line, "kith: warning: ", 15) == 0) continue;
     line[strcspn(line, "\n")] = '\0';
-    char *state = strstr(line, "; its state is in "); /* a snapshot, which goes */
+    char *state = strstr(line, "; its state is in "); /* a snapshot, which is deleted */
     if (state != NULL) *state = '\0';
     snprintf(end->why, sizeof end->why, "%.255s", line + 6);
     end->told = true;
@@ -77,7 +78,7 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   int n = 0;
   for (char *rest = text; rest != NULL;) words[n++] = strsep(&rest, "\n");
   unlink(log);
-  if (directory != NULL) { /* a restart would go on with a history that an earlier run left there */
+  if (directory != NULL) { /* otherwise a restart would continue the history of an earlier run there */
     char history[KITH_JOB_PATH + 16];
     snprintf(history, sizeof history, "%s/history.csv", directory);
     unlink(history);
@@ -126,7 +127,7 @@ static const json_t *at(const json_t *object, const char *path) {
   return object;
 }
 
-/* BAD_FILE if there is none, or it is null. */
+/* Reads a number of a report. BAD_FILE if there is none, or it is null. */
 static kith_status report_number(const char *path, const char *key, double *value) {
   json_error_t error;
   json_t *report = json_load_file(path, 0, &error);
@@ -165,7 +166,7 @@ static uint64_t hash_file(uint64_t h, const char *path) {
   return h;
 }
 
-/* The tables that `file` of a material names: one, or one for each dimension. */
+/* Hashes the tables that `file` of a material names: one, or one for each dimension. */
 static uint64_t hash_tables(uint64_t h, const struct kith_config_node *file) {
   char path[4096];
   if (file == NULL) return h;
@@ -175,8 +176,8 @@ static uint64_t hash_tables(uint64_t h, const struct kith_config_node *file) {
   return h;
 }
 
-/* The scene with its bases and settings, and the tables of its materials. A setting that is wrong is the
- * run's to tell. */
+/* Hashes the scene with its bases and settings, and the tables of its materials. A setting that is wrong is
+ * left to the run to report. */
 static kith_status hash_scene(uint64_t *h, const struct kith_job *job) {
   struct kith_config *scene;
   char *text = NULL, line[KITH_JOB_SETTINGS];
@@ -195,7 +196,8 @@ static kith_status hash_scene(uint64_t *h, const struct kith_job *job) {
   return status;
 }
 
-/* DIR/runs/sph-limited-100-0123456789abcdef */
+/* Writes DIR/runs/sph-limited-100-0123456789abcdef: method, value and a hash of all that the run depends
+ * on. */
 static kith_status run_directory(const struct kith_study *s, const struct kith_job *job,
                                  char path[KITH_JOB_PATH]) {
   char text[KITH_PATH + 8], *name = path + snprintf(path, KITH_JOB_PATH, "%s/runs/", s->directory);
@@ -213,7 +215,7 @@ static kith_status run_directory(const struct kith_study *s, const struct kith_j
   return KITH_OK;
 }
 
-/* Snapshots of a hundred runs fill a disk. */
+/* Removes the snapshots of a run: those of a hundred runs fill a disk. */
 static void remove_snapshots(const char *directory) {
   DIR *entries = opendir(directory);
   if (entries == NULL) return;
@@ -222,8 +224,8 @@ static void remove_snapshots(const char *directory) {
   closedir(entries);
 }
 
-/* Runs the job into PATH.part, and names it PATH; of a failure the reason is kept, if a run that is tried
- * again would have it, too. */
+/* Runs the job into PATH.part, and renames that to PATH; of a failure the reason is kept, if a run that is
+ * tried again would have it, too. */
 static kith_status run_new(const struct kith_study *s, double cpu_limit, const struct kith_job *job,
                            const char *path, const char *failure, struct kith_point *p) {
   char part[KITH_JOB_PATH + 8], log[KITH_JOB_PATH + 8];
@@ -269,7 +271,7 @@ static kith_status put_point(struct kith_csv_log *table, const struct kith_suite
   return kith_csv_log_row(table);
 }
 
-/* "[3/12] sph at 100: norms.density.l1 0.0203, 0.01 CPU-s" */
+/* Prints "[3/12] sph at 100: norms.density.l1 0.0203, 0.01 CPU-s". */
 static void show_progress(const struct kith_study *s, const struct kith_suite *suite,
                           const struct kith_job *job, const struct kith_point *p) {
   if (s->options->quiet) return;
@@ -310,7 +312,7 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
     const char *measure = k < KITH_MEASURES ? common[k] : suite->measure[k - KITH_MEASURES];
     if (!p->failed && kith_report_measure(report, measure, &p->value[k]) == KITH_OK) continue;
     p->value[k] = NAN;
-    if (k < KITH_MEASURES || p->failed) continue; /* reports need not have those of all studies */
+    if (k < KITH_MEASURES || p->failed) continue; /* the numbers common to all studies may be missing */
     snprintf(p->why, sizeof p->why, "no %s in the report", measure);
     p->failed = true;
   }
@@ -319,7 +321,7 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
   return put_point(&s->table, suite, job, p);
 }
 
-/* The first values of all methods first: what is interrupted has something of each. */
+/* Runs all jobs, the first values of all methods first: a study that is interrupted has something of each. */
 static kith_status run_all(struct kith_study *s, double cpu_limit) {
   for (struct kith_suite *suite = s->suite; suite < s->suite + s->n; ++suite)
     for (int v = 0; v < suite->n_values; ++v)

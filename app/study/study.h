@@ -61,30 +61,31 @@ struct kith_job {
   char restart[KITH_JOB_PATH];           /* checkpoint; "": none */
   char settings[KITH_JOB_SETTINGS];      /* key=value as --set takes them, each ended by a newline */
 };
-/* Adds key=value; the keys `ranks` and `threads` are of the process. BAD_INPUT if it does not fit. */
+/* Adds key=value; the keys `ranks` and `threads` set those of the process. BAD_INPUT if it does not fit. */
 kith_status kith_job_set(struct kith_job *job, const char *assignment);
-/* How one has ended. */
+/* How a job has ended. */
 struct kith_job_end {
   int code;      /* its exit code, or minus the signal that ended it */
-  bool told;     /* of a failure: the run itself says why, or it is the limit: it would fail again */
-  char why[256]; /* of a failure */
+  bool told;     /* after a failure: the run itself says why, or it was the limit: it would fail again */
+  char why[256]; /* why it failed */
 };
-/* Starts `verb` (run, or plan, which takes no directory) and waits: see kith_process_run. BAD_FILE if it
- * cannot be started, or was interrupted from outside. */
+/* Starts `verb` (run, or plan, which takes no directory) for a job and waits: see kith_process_run. BAD_FILE
+ * if it cannot be started, or was interrupted from outside. */
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
                          const char *directory, const char *log, double cpu_limit, struct kith_job_end *end);
-/* What `kith plan` says of a job: BAD_INPUT "FILE:LINE: WHAT LABEL: its message" if it refuses the settings;
+/* Has `kith plan` check a job: BAD_INPUT "FILE:LINE: WHAT LABEL: its message" if it refuses the settings;
  * file NULL: the message alone. */
 kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job, const char *file,
                            const char *what);
-/* The keys of a measure and how many parts it has: A, A / B, A / B - 1. 0: it is none. */
+/* Finds the keys of a measure; returns how many parts it has: 1 for A, 2 for A / B, 3 for A / B - 1, 0: it is
+ * none. */
 int kith_measure_parse(const char *measure, char key[2][128]);
-/* A measure, as kith_measure_parse takes it, of a report. BAD_FILE if it is not there, or null. */
+/* Reads a measure, as kith_measure_parse takes it, from a report. BAD_FILE if it is not there, or null. */
 kith_status kith_report_measure(const char *report, const char *measure, double *value);
 
 enum { KITH_SUITE_MEASURES = 8, KITH_SUITE_METHODS = 100, KITH_SUITE_VALUES = 64 };
 
-/* What the report of a run says: these columns, then the measures of the suite. */
+/* Numbers from the report of a run: these columns, then the measures of the suite. */
 enum { KITH_CPU_SECONDS, KITH_PAIR_EVALUATIONS, KITH_NODES, KITH_STEPS, KITH_ENERGY_DRIFT, KITH_MEASURES };
 struct kith_point {
   bool failed;
@@ -103,12 +104,12 @@ struct kith_suite {
   int dimension, n_methods, n_values;
   bool named_values;        /* a value is a word, and x its position */
   struct kith_job *job;     /* owned; job[m * n_values + v] */
-  struct kith_point *point; /* owned; of the same jobs */
+  struct kith_point *point; /* owned; of the job with the same index */
   int n_measures, n_codes;
   char measure[KITH_SUITE_MEASURES][64];
   double target[KITH_SUITE_MEASURES]; /* 0: none is given */
   struct kith_reference_code *code;   /* owned */
-  /* of a sweep */
+  /* of a sweep: */
   char parameter[64], reason[256];
   double at_most, at_least; /* one of them; the other is NaN */
   bool of_first;
@@ -124,28 +125,29 @@ struct kith_study {
   struct kith_csv_log table; /* points.csv */
 };
 
-/* Both read `suite`, to be cleared also after a failure. BAD_INPUT for what is wrong in the file itself (of
- * their settings scenes tell: kith_job_check). A suite, by path, or by name: NAME.yaml of inputs/suites. */
+/* kith_suite_read and kith_sweeps_read fill `suite`, to be cleared also after a failure. BAD_INPUT for what
+ * is wrong in the file itself (settings are checked by kith_job_check). kith_suite_read takes a path, or the
+ * name of NAME.yaml in inputs/suites. */
 kith_status kith_suite_read(struct kith_study *study, const char *subject);
-/* The sweeps of a file, or the one called `only`. */
+/* Reads the sweeps of a file, or the one called `only`. */
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);
 kith_status kith_suite_list(struct kith_study *study);
-/* BAD_INPUT "WHAT 'NAME'", with the nearest of "a|b|c", or all of them. */
+/* Fails with BAD_INPUT "WHAT 'NAME'", and the nearest of "a|b|c", or all of them. */
 kith_status kith_study_unknown(const char *what, const char *name, const char *choices);
 /* BAD_INPUT "WHAT 'NAME': no folder inputsFOLDER" and where it is looked for, if it is not there. */
 kith_status kith_study_inputs(const struct kith_programs *programs, const char *folder, const char *what,
                               const char *name);
-/* A text of a table: in quotes, with control characters as blanks. */
+/* Writes a text of a table: in quotes, with control characters as blanks. */
 void kith_study_put_quoted(FILE *out, const char *text);
 /* Is it a path to a YAML file rather than a name? */
 bool kith_suite_is_path(const char *name);
-/* The path of a scene: NAME of inputs, or a path relative to the folder of the file that `node` is in, or to
- * here. */
+/* Finds the path of a scene: NAME of inputs, or a path relative to the folder of the file that `node` is in,
+ * or to the working directory. */
 kith_status kith_programs_scene(const struct kith_programs *programs, const struct kith_config_node *node,
                                 const char *name, char path[KITH_JOB_PATH]);
 void kith_study_clear(struct kith_study *study);
 
-/* What differs. */
+/* What differs between the verbs that are studies. */
 struct kith_study_verb {
   const char *name;                                    /* of the text, NAME.md */
   double cpu_limit;                                    /* seconds of processor time for a run; 0: none */
@@ -156,15 +158,17 @@ struct kith_study_verb {
   enum kith_exit (*verdict)(const struct kith_study *study);
 };
 
-/* Exit code: that of `verdict`, or 1 (results cannot be written), or 2 (what is read is wrong). */
+/* Carries out a study. Exit code: that of `verdict`, or 1 (results cannot be written), or 2 (what is read is
+ * wrong). */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Which values pass with method m: "none", "to 0.6", "all (1000)"; of names, or with gaps, "6 of 8". */
+/* Writes which values pass with method m: "none", "to 0.6", "all (1000)"; of names, or with gaps, "6 of
+ * 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
 
 /* ---- points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
 
-/* on[k]: no other point is at most as expensive and as wrong, and better in one of the two. O(n^2). */
+/* Sets on[k]: no other point is at most as expensive and as wrong, and better in one of the two. O(n^2). */
 void kith_pareto_front(int n, const double *cost, const double *error, bool *on);
 /* Observed order of convergence: minus the slope of the least-squares line through log error over log
  * resolution. NaN for fewer than two points at different resolutions. */
@@ -174,7 +178,7 @@ double kith_order(int n, const double *resolution, const double *error);
  * at or below it, between two points on a straight line of logarithms. */
 struct kith_cost_at_error {
   double cost, resolution; /* NaN: never reached */
-  bool between;            /* two points; else at the first one already */
+  bool between;            /* reached between two points; else by the first one already */
 };
 struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution, const double *cost,
                                                 const double *error, double target);
@@ -186,8 +190,8 @@ struct kith_snapshot_diff {
   char field[64];    /* its name */
 };
 
-/* Two snapshots (lib/io/snapshot.h), all fields of PartType0. `by_nodes`: node by node, wherever it is
- * stored; else bitwise, as they are stored, and the same time. Another number of nodes, other ids or other
+/* Compares two snapshots (lib/io/snapshot.h), all fields of PartType0. `by_nodes`: node by node, wherever it
+ * is stored; else bitwise, as they are stored, and the same time. Another number of nodes, other ids or other
  * fields: the difference is infinite. BAD_FILE: a file that is not there, or no snapshot. */
 kith_status kith_snapshot_diff_files(const char *a, const char *b, bool by_nodes,
                                      struct kith_snapshot_diff *same);

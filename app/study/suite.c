@@ -42,7 +42,7 @@ static const struct kith_param file_params[] = {
     {"methods", KITH_PARAM_OTHER, "", "", "names for settings", KITH_BELOW(NULL, LIST)},
     {"sweeps", KITH_PARAM_OTHER, NULL, "", "what is varied", KITH_BELOW(NULL, LIST)},
     {0}};
-/* A method or a value has a name and settings. */
+/* Name and settings of a method or a value. */
 struct named {
   char name[KITH_JOB_LABEL];
 };
@@ -78,7 +78,7 @@ static kith_status set_all(struct kith_job *job, const char *key, const char *si
   char text[1024], *value;
   if (node->kind != KITH_CONFIG_MAP) {
     KITH_TRY(kith_config_emit(node, true, &value));
-    const size_t length = strcspn(value, "\n"); /* a plain value is followed by an end of the document */
+    const size_t length = strcspn(value, "\n"); /* the end of the document follows a plain value */
     const int written = snprintf(text, sizeof text, "%s%s%.*s", key, sign, (int)length, value);
     const bool whole = value[length + 1] == '\0' || strcmp(value + length, "\n...\n") == 0;
     kith_free(&value);
@@ -92,7 +92,7 @@ static kith_status set_all(struct kith_job *job, const char *key, const char *si
   return KITH_OK;
 }
 
-/* The settings of a suite, a method or a value, which may have none; `map` NULL: nothing. */
+/* Applies the settings of a suite, a method or a value, which may have none; `map` NULL: nothing. */
 static kith_status apply_settings(struct kith_job *job, const char *sign,
                                   const struct kith_config_node *map) {
   const struct kith_config_node *settings = kith_config_child(map, "settings");
@@ -101,7 +101,7 @@ static kith_status apply_settings(struct kith_job *job, const char *sign,
   return set_all(job, "", sign, settings);
 }
 
-/* What --set sets must not be what is varied (by values of `varied`, if that is not NULL). */
+/* Applies --set, which must not set what is varied: the key `varied`, if that is not NULL. */
 static kith_status apply_overrides(struct kith_job *job, const struct kith_options *options,
                                    const char *varied) {
   for (int k = 0; k < options->n_overrides; ++k) {
@@ -113,7 +113,7 @@ static kith_status apply_overrides(struct kith_job *job, const struct kith_optio
   return KITH_OK;
 }
 
-/* `params`: of its entries, which have a name first, none like another; NULL: plain values. */
+/* Checks a list. `params`: of its entries, which have a name first, none like another; NULL: plain values. */
 static kith_status check_list(const struct kith_config_node *list, const struct kith_param *params,
                               int most) {
   KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
@@ -130,7 +130,7 @@ static kith_status check_list(const struct kith_config_node *list, const struct 
   return KITH_OK;
 }
 
-/* One value: of `key`, or, if that is NULL, with a name and settings. */
+/* Applies one value: of `key`, or, if that is NULL, with a name and settings. */
 static kith_status set_value(struct kith_suite *s, struct kith_job *job, const char *key,
                              const struct kith_config_node *value) {
   const struct kith_config_node *shown = key == NULL ? kith_config_child(value, "value") : value;
@@ -143,7 +143,8 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
   return key == NULL ? apply_settings(job, "?=", value) : set_all(job, key, "=", value);
 }
 
-/* Every method (NULL: the scene's) at every value, of `key` or with names; over what all have in common. */
+/* Makes the jobs: every method (NULL: the scene's) at every value, of `key` or, if that is NULL, with names.
+ * All start from `common`. */
 static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, struct kith_job *common,
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {
@@ -205,7 +206,7 @@ kith_status kith_study_inputs(const struct kith_programs *programs, const char *
             name, folder);
 }
 
-/* NAME.yaml of the folder. */
+/* Finds NAME.yaml of the folder. */
 static kith_status find_input(const struct kith_programs *programs, const char *folder, const char *what,
                               const char *name, char path[KITH_JOB_PATH]) {
   char names[4096] = "";
@@ -228,7 +229,7 @@ kith_status kith_programs_scene(const struct kith_programs *programs, const stru
   return access(path, R_OK) == 0 ? KITH_OK : kith_config_fail(node, NULL, "'%s' cannot be read", name);
 }
 
-/* The dimension is that of --set, else of the suite, else of the scene. */
+/* Sets scene and dimension; the dimension is that of --set, else of the suite, else of the scene. */
 static kith_status set_scene(struct kith_suite *s, const struct kith_study *c, struct kith_job *job) {
   const char *overrides[KITH_MAX_OVERRIDES + 1];
   char own[32];
@@ -242,7 +243,8 @@ static kith_status set_scene(struct kith_suite *s, const struct kith_study *c, s
   return KITH_OK;
 }
 
-/* What a suite or a sweep has beside lists; the job that all have in common: scene, dimension, settings. */
+/* Reads what a suite or a sweep has beside lists, and the job that all start from: scene, dimension,
+ * settings. */
 static kith_status read_common(struct kith_suite *s, const struct kith_param *params,
                                const struct kith_config_node *map, const struct kith_study *c,
                                struct kith_job *job) {
@@ -253,7 +255,7 @@ static kith_status read_common(struct kith_suite *s, const struct kith_param *pa
   return apply_settings(job, "=", map);
 }
 
-/* Without `norms`: that of the density. */
+/* Reads norms and targets; without `norms`: that of the density. */
 static kith_status read_norms(struct kith_suite *s, const struct kith_config *config) {
   const struct kith_config_node *norms = kith_config_at(config, "norms"),
                                 *targets = kith_config_at(config, "targets");
@@ -291,7 +293,7 @@ static kith_status read_code(const struct kith_suite *s, const struct kith_confi
   return KITH_OK;
 }
 
-/* Errors are from an exact solution, which the scene or the settings name. */
+/* Checks that the scene or the settings name an exact solution, which errors are from. */
 static kith_status check_exact(const struct kith_job *job, const struct kith_config_node *suite) {
   struct kith_config *scene;
   KITH_TRY(kith_config_read(&scene, job->scene));

@@ -23,23 +23,23 @@ struct validation {
   struct kith_programs programs;
   int n;
   struct kith_row *rows;     /* owned */
-  bool quick;                /* only those rows, of SUITE-quick */
+  bool quick;                /* only rows that are quick, of SUITE-quick */
   const char *last, *before; /* the last two that ran, by name; NULL: none */
-  int n_compared, n_same;    /* with another row */
+  int n_compared, n_same;    /* rows compared with another one; of these, those that are the same */
   int n_done, n_wrong, n_failed;
-  int width;                  /* of a name */
+  int width;                  /* of the column of names */
   int n_errors;               /* of the rows so far that have a resolution, for orders */
   double *error, *resolution; /* of room for all rows; error is owned */
   struct kith_csv_log table;
 };
 
-/* DIR/RUN/FILE */
+/* Writes DIR/RUN/FILE and returns it. */
 static const char *in_run(const struct validation *v, const char *run, const char *file, char path[PATH]) {
   snprintf(path, PATH, "%.700s/%s/%s", v->directory, run, file);
   return path;
 }
 
-/* What an earlier validation left of a run must not pass for its results if it fails. */
+/* Deletes what an earlier validation left of a run: it must not pass for its results if it fails. */
 static void clear(const struct validation *v, const char *run) {
   static const char *const files[] = {"report.json", "snapshots.hdf.series", "checkpoint.kith",
                                       "checkpoint.kith.previous"};
@@ -47,7 +47,7 @@ static void clear(const struct validation *v, const char *run) {
   for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in_run(v, run, files[k], path));
 }
 
-/* Rows that need another one's results fail with it: a report is the last that a run writes. */
+/* Fails if a run has no results which a row needs: a report is the last that a run writes. */
 static kith_status need(const struct validation *v, const char *run) {
   char path[PATH];
   if (access(in_run(v, run, "report.json", path), R_OK) == 0) return KITH_OK;
@@ -93,7 +93,7 @@ static kith_status same_norms(const struct validation *v, double *value) {
   return KITH_OK;
 }
 
-/* The last file that a run's list of snapshots names: older runs may have left more. */
+/* Finds the last snapshot that a run's list names: older runs may have left more files. */
 static kith_status last_snapshot(const struct validation *v, const char *label, char path[PATH]) {
   struct kith_config *series = NULL;
   KITH_TRY(need(v, label));
@@ -116,7 +116,7 @@ static kith_status compare(const struct validation *v, const struct kith_row *ro
   KITH_TRY(last_snapshot(v, v->last, path[1]));
   KITH_TRY(kith_snapshot_diff_files(path[0], path[1], row->tolerance > 0, same));
   if (row->tolerance > 0) return KITH_OK;
-  /* Connectivity in one number: entries of all rows of all ranks, over the whole run. */
+  /* Bitwise also in connectivity, as one number: entries of all rows of all ranks, over the whole run. */
   KITH_TRY(report_value(v, row->like, "ledger.row_entries", &entries[0]));
   KITH_TRY(report_value(v, v->last, "ledger.row_entries", &entries[1]));
   if (entries[0] != entries[1]) *same = (struct kith_snapshot_diff){INFINITY, "rows"};
@@ -134,7 +134,7 @@ static kith_status order(const struct validation *v, int number, double *value) 
 static kith_status measure(struct validation *v, const struct kith_row *row, double *value) {
   kith_status status = KITH_OK;
   if (row->job.dimension > 0) {
-    v->before = v->last, v->last = row->job.label; /* those after it need it, too, if it fails */
+    v->before = v->last, v->last = row->job.label; /* even if it fails: rows after it need this run, too */
     status = run(v, row);
   }
   if (status == KITH_OK && row->kind == KITH_ROW_SAME_NORMS) status = same_norms(v, value);
@@ -148,7 +148,7 @@ static kith_status measure(struct validation *v, const struct kith_row *row, dou
   return status;
 }
 
-/* What the report says of the last run, NaN if there is none: for the table. */
+/* A number of the last run's report, for the table; NaN if there is none. */
 static double last_value(const struct validation *v, const char *key) {
   double value;
   return v->last != NULL && report_value(v, v->last, key, &value) == KITH_OK ? value : NAN;
@@ -261,14 +261,15 @@ static void list(void) {
       "The rows are in inputs/validation; a file of one's own may have others.");
 }
 
-/* `kith plan` looks at all rows of one's own file before any is run; those of inputs are right. */
+/* Has `kith plan` check all rows of one's own file before any is run; those of inputs are right. */
 static kith_status check_rows(const struct validation *v, const char *file) {
   for (const struct kith_row *row = v->rows; row < v->rows + v->n; ++row)
     if (row->job.dimension > 0) KITH_TRY(kith_job_check(&v->programs, &row->job, file, "row"));
   return KITH_OK;
 }
 
-/* quick and full are of targets.yaml; other names are files beside it, or paths. */
+/* Reads the rows of a suite: quick and full are of targets.yaml; other names are files beside it, or
+ * paths. */
 static kith_status read_rows(struct validation *v, const char *suite) {
   char path[PATH];
   const bool is_path = strpbrk(suite, "/.") != NULL;

@@ -7,7 +7,7 @@
 #include <string.h>
 #include "app/scene/params.h"
 
-/* What the table reads; the settings and the scene then go into the job. */
+/* What the table reads of a row; the settings and the scene then go into the job. */
 struct entry {
   struct kith_row row;
   char scene[256], settings[512];
@@ -79,7 +79,7 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
   return KITH_OK;
 }
 
-/* `row` holds what its group says. */
+/* Reads a row; `row` holds what its group says. */
 static kith_status read_row(const struct rows *rows, const struct kith_config_node *node,
                             struct kith_row *row) {
   struct entry entry = {.row = *row};
@@ -95,7 +95,7 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
       return kith_config_fail(node, "settings", "%s", kith_failure());
   row->job.line = node->location.line;
   read_measure(row);
-  row->tolerance = 0; /* not that of the group */
+  row->tolerance = 0; /* not the tolerance of the group */
   if (strcmp(row->same, "bits") == 0 || row->same[0] == '\0') return KITH_OK;
   char *end;
   row->tolerance = strtod(row->same, &end);
@@ -104,12 +104,12 @@ static kith_status read_row(const struct rows *rows, const struct kith_config_no
   return KITH_OK;
 }
 
-/* The name of a row is that of its directory, which is emptied before it runs. */
+/* Appends a row. Its name is that of its directory, which is emptied before it runs. */
 static kith_status add_row(struct rows *rows, const struct kith_config_node *node,
                            const struct kith_row *row) {
   const size_t n = (size_t)rows->n;
   const char *name = row->job.label;
-  int measured = 0; /* above, at a resolution */
+  int measured = 0; /* rows above that measure at a resolution */
   if (name[0] == '.' || strchr(name, '/') != NULL)
     return kith_config_fail(node, "name", "'%s' is no name of a directory: without '/', not begun with '.'",
                             name);
@@ -127,7 +127,7 @@ static kith_status add_row(struct rows *rows, const struct kith_config_node *nod
   return KITH_OK;
 }
 
-/* Gives a row the value of a factor, and its name the value, a directory too. */
+/* Gives a row the value of a factor, and adds that to its name, which is also the name of a directory. */
 static kith_status vary(struct kith_row *row, const struct kith_config_node *value) {
   const char *factor = value->parent->key;
   char text[160], *name = row->job.label;
@@ -146,7 +146,7 @@ static kith_status vary(struct kith_row *row, const struct kith_config_node *val
                                                   : kith_config_fail(value, NULL, "%s", kith_failure());
 }
 
-/* Run k of row i. */
+/* Adds run k of row i of a group (validate_rows.h). */
 static kith_status add_varied(struct rows *rows, const struct kith_row *like, int i, int k,
                               const struct kith_config_node *over, const struct kith_config_node *longest) {
   struct kith_row row = *like;

@@ -40,26 +40,26 @@ enum kith_row_kind {
   KITH_ROW_VALUE, /* a measure of study.h */
   KITH_ROW_ORDER,
   KITH_ROW_SAME_NORMS,
-  KITH_ROW_NOTHING /* but `same` */
+  KITH_ROW_NOTHING /* only `same` */
 };
 
 struct kith_row {
   struct kith_job job; /* label: the row's name; dimension 0: no run of its own; threads 0: all */
   char measure[96], source[256];
-  bool quick;                   /* in the suite of minutes */
-  double at_most, at_least;     /* one of them, or none of them but `prints`; else NaN */
+  bool quick;                   /* in the quick suite, which takes minutes */
+  double at_most, at_least;     /* NaN if not given; one of them is, unless there is `prints` or no measure */
   char prints[32];              /* a figure as a document has it; "": none */
-  double within;                /* of it; 0: it is what is measured, rounded */
+  double within;                /* part of the figure; 0: to its last digit */
   enum kith_row_kind kind;      /* of the measure */
   int number;                   /* N of the measure */
   char same[32];                /* as written */
   char like[KITH_JOB_LABEL];    /* "": nothing is compared */
   double tolerance;             /* of `same`; 0: bitwise */
   char restart[KITH_JOB_LABEL]; /* "": from the start */
-  char varied[64];              /* values of its group's factors; else "" */
+  char varied[64];              /* its values of the group's factors; else "" */
 };
 
-/* *rows: kith_resize memory, in the order of the runs, also after a failure. */
+/* Reads the rows of a file. *rows: kith_resize memory, in the order of the runs, also after a failure. */
 kith_status kith_rows_read_file(struct kith_row **rows, int *n, const char *path,
                                 const struct kith_programs *programs);
 

@@ -39,8 +39,8 @@ struct kith_exact_scene {
   double deposit_energy, deposit_center[NDIM]; /* of the first one */
 };
 
-/* Between the outer waves of a Riemann problem. [0]: the left-running wave and the gas left of the contact,
- * [1]: the right ones. A shock has tail = head. A vacuum has the velocity between its two edges. */
+/* The gas between the outer waves of a Riemann problem. [0]: the left-running wave and the gas left of the
+ * contact, [1]: the right ones. A shock has tail = head. A vacuum has the velocity between its two edges. */
 struct kith_exact_star {
   double pressure, velocity, density[2];
   double head[2], tail[2]; /* speeds dx/dt of the outer and inner edge of each wave */
@@ -56,7 +56,7 @@ struct kith_exact_ops {
   /* BAD_INPUT "exact solution NAME: ..." for values that do not fit together; each by itself is in its range.
    * NULL: all do. */
   kith_status (*check)(const void *settings);
-  /* *self, one block of memory. NULL: *self is a copy of the settings. */
+  /* Creates *self, one block of memory. NULL: *self is a copy of the settings. */
   kith_status (*create)(void **self, const void *settings);
   /* State at x[NDIM] and time >= 0; time 0 gives the initial state. Cheap (a table look-up or a closed form):
    * called once per node. All values are finite; a vacuum has density, pressure and energy 0. */
@@ -88,7 +88,8 @@ KITH_EXACT_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_exact);
 
-/* *self: freed by kith_free. BAD_INPUT, with the parameter's name, for settings that are wrong. */
+/* Creates a solution, to be freed by kith_free. BAD_INPUT, with the parameter's name, for settings that are
+ * wrong. */
 kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, const void *settings);
 /* View of center[NDIM] of a radial solution, else NULL. */
 const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self);

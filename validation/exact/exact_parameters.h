@@ -5,7 +5,7 @@
 #include <math.h>
 #include "validation/exact/exact.h"
 
-/* Rows of a table, of members of the gas. */
+/* Rows of a table of parameters that are members of struct kith_exact_gas. */
 #define KITH_EXACT_ROW(key, kind, fallback, range, text) \
   { #key, KITH_PARAM_##kind, fallback, range, text, KITH_INTO(struct kith_exact_gas, key) }
 #define KITH_EXACT_GAMMA KITH_EXACT_ROW(gamma, NUMBER, NULL, "(1, inf)", "ratio of specific heats")
@@ -21,7 +21,8 @@ static inline double kith_exact_ideal_gamma(const struct kith_exact_region *regi
   return region->stiffness == 0 && !region->barotropic ? region->gamma : NAN;
 }
 
-/* derive() of a gas: the values of the first region, the sides of the domain along its periodic axes. */
+/* derive() of a gas: takes the values of the first region, and the sides of the domain along its periodic
+ * axes. */
 static inline void kith_exact_derive_gas(void *settings, const struct kith_exact_scene *scene) {
   struct kith_exact_gas *gas = settings;
   gas->gamma = kith_exact_ideal_gamma(&scene->region[0]);
@@ -30,14 +31,14 @@ static inline void kith_exact_derive_gas(void *settings, const struct kith_exact
   for (int a = 0; a < NDIM; ++a)
     if (scene->axis[a].periodic) gas->period[a] = scene->upper[a] - scene->lower[a];
 }
-/* And its velocity. */
+/* derive() of a gas that moves: kith_exact_derive_gas, and the velocity of the first region. */
 static inline void kith_exact_derive_moving(void *settings, const struct kith_exact_scene *scene) {
   struct kith_exact_gas *gas = settings;
   kith_exact_derive_gas(settings, scene);
   for (int a = 0; a < NDIM; ++a) gas->uniform_velocity[a] = scene->region[0].velocity[a];
 }
 
-/* x from the center, which is carried along, to its nearest image in a periodic box. */
+/* Vector to x from the nearest periodic image of the center, which is carried along. */
 static inline void kith_exact_offset(const struct kith_exact_gas *gas, const double *x, double time,
                                      double offset[3]) {
   offset[0] = offset[1] = offset[2] = 0;
@@ -61,7 +62,7 @@ static inline struct kith_exact_state kith_exact_moving(const struct kith_exact_
   return state;
 }
 
-/* The same that turns, counterclockwise, with this angular velocity. */
+/* The gas in its uniform motion, turning counterclockwise as well, with angular velocity `turn`. */
 static inline struct kith_exact_state kith_exact_turning(const struct kith_exact_gas *gas, double density,
                                                          double pressure, const double *offset, double turn) {
   struct kith_exact_state state = kith_exact_moving(gas, density, pressure);

@@ -20,10 +20,10 @@ static const struct kith_param params[] = {KITH_EXACT_GAMMA,
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   kith_exact_derive_gas(settings, scene);
-  ((struct kith_exact_gas *)settings)->pressure = NAN; /* on the axis: not said */
+  ((struct kith_exact_gas *)settings)->pressure = NAN; /* that on the axis, which the scene does not say */
 }
 
-/* Angular velocity v / r, and (P - P0) / rho. */
+/* Returns the angular velocity v / r; *push: (P - P0) / rho. */
 static double turning(double r, double *push) {
   if (r < 0.2) {
     *push = 12.5 * r * r;

@@ -45,7 +45,7 @@ static void derive_side(struct settings *s, int side, const struct kith_exact_re
   s->velocity[side] = region->velocity[0];
 }
 
-/* One region, with nothing between it and an open face: a vacuum. */
+/* Derives a vacuum: there is one region, with nothing between it and an open face. */
 static void derive_vacuum(struct settings *s, const struct kith_exact_scene *scene) {
   const struct kith_exact_region *gas = &scene->region[0];
   const bool full_below = gas->lower[0] <= scene->lower[0], full_above = gas->upper[0] >= scene->upper[0];
@@ -59,7 +59,7 @@ static void derive_vacuum(struct settings *s, const struct kith_exact_scene *sce
   s->density[empty] = s->velocity[empty] = s->pressure[empty] = 0;
 }
 
-/* Two regions that touch along x. */
+/* Derives both sides, from two regions that touch along x. */
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct settings *s = settings;
   const struct kith_exact_region *left = &scene->region[0], *right = &scene->region[1];
@@ -77,26 +77,27 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
 }
 
 /* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas.
- * Pressures are above the lesser -s of both sides, and `more` is that by which the own -s is below it. */
+ * Pressures are P + base, base being the lesser s of both sides; `excess` is what the own s exceeds that
+ * by. */
 struct side {
-  double gamma, density, velocity, pressure, more, sound, stiffness, energy;
+  double gamma, density, velocity, pressure, excess, sound, stiffness, energy;
   bool barotropic;
 };
 
 struct riemann {
   struct side side[2];
   bool shock[2];
-  double base;                 /* what pressures are above, with the opposite sign */
-  struct kith_exact_star star; /* with its true pressure */
+  double base;                 /* the lesser stiffness of both sides */
+  struct kith_exact_star star; /* its pressure is P */
 };
 
 static const double mirror[2] = {-1, 1};
 
-/* A pressure step below this is a sound wave: the star pressure is good to some 1e-15. */
+/* A relative pressure step below this counts as a sound wave: the star pressure is good to some 1e-15. */
 static const double weakest_shock = 1e-9;
 
 static double jump(const struct side *s, double p) {
-  const double g = s->gamma, start = s->pressure + s->more, end = p + s->more;
+  const double g = s->gamma, start = s->pressure + s->excess, end = p + s->excess;
   if (p <= s->pressure && start == 0) return 0; /* cold gas does not expand */
   const double ratio = log(end / start);
   if (p <= s->pressure)
@@ -106,7 +107,8 @@ static double jump(const struct side *s, double p) {
   return (p - s->pressure) * sqrt(a / (end + b));
 }
 
-/* Inner edge, u + c, of a rarefaction down to p, as u - 2 c / (g - 1) is kept; of a vacuum if p is 0. */
+/* Speed u + c of the inner edge of a rarefaction down to p, in which u - 2 c / (g - 1) is kept; of a vacuum
+ * if p is 0. */
 static double rarefaction_tail(const struct side *s, double p) {
   return s->velocity + s->sound + (s->gamma + 1) / 2 * jump(s, p);
 }
@@ -116,7 +118,8 @@ static double mismatch(const struct side *side, double p) {
   return jump(&side[0], p) + jump(&side[1], p) + side[0].velocity + side[1].velocity;
 }
 
-/* False if it is below 1e-260 of the given ones, which no double can serve: *pressure is above it. */
+/* Bisects for the star pressure. False if it is below 1e-260 of the given ones, which no double can serve:
+ * *pressure is then above it. */
 static bool star_pressure(const struct side *side, double *pressure) {
   const double closing = side[0].velocity + side[1].velocity;
   double scale = KITH_MAX(side[0].pressure, side[1].pressure);
@@ -132,7 +135,7 @@ static bool star_pressure(const struct side *side, double *pressure) {
 static void finish_side(struct riemann *problem, int k, double p) {
   const struct side *s = &problem->side[k];
   struct kith_exact_star *star = &problem->star;
-  const double g = s->gamma, start = s->pressure + s->more, end = p + s->more;
+  const double g = s->gamma, start = s->pressure + s->excess, end = p + s->excess;
   const double push = end * (g + 1) + start * (g - 1);
   problem->shock[k] = end > start * (1 + weakest_shock);
   if (p > s->pressure && !s->barotropic) {
@@ -148,7 +151,8 @@ static void finish_side(struct riemann *problem, int k, double p) {
   }
 }
 
-/* Nothing between the waves: both sides have expanded to `least`, which is 0 or as good as 0. */
+/* Sets the star of a vacuum: nothing is between the waves, both sides have expanded to `least`, which is 0 or
+ * as good as 0. */
 static void finish_vacuum(struct riemann *problem, double least) {
   const struct side *side = problem->side;
   struct kith_exact_star *star = &problem->star;
@@ -202,7 +206,7 @@ static kith_status riemann_create(void **self, const void *settings) {
   for (int k = 0; k < 2; ++k) {
     struct side *s = &problem->side[k];
     s->gamma = p->gamma[k], s->density = p->density[k], s->stiffness = p->stiffness[k];
-    s->pressure = p->pressure[k] + problem->base, s->more = s->stiffness - problem->base;
+    s->pressure = p->pressure[k] + problem->base, s->excess = s->stiffness - problem->base;
     s->velocity = mirror[k] * p->velocity[k];
     s->sound = s->density > 0 ? sqrt(s->gamma * (p->pressure[k] + s->stiffness) / s->density) : 0;
     s->barotropic = p->barotropic, s->energy = p->energy[k];
@@ -212,11 +216,11 @@ static kith_status riemann_create(void **self, const void *settings) {
   return status;
 }
 
-/* Of side k at this density and pressure. A barotropic one has taken the work: of an isentrope, or,
+/* Energy of a side at this density and pressure. A barotropic gas has taken the work: of an isentrope, or, if
  * `shocked`, that of the mean of both pressures. */
 static double energy_of(const struct side *s, double density, double pressure, double base, bool shocked) {
   const double g = s->gamma, volume = density > 0 ? 1 / density : 0, end = pressure + s->stiffness,
-               start = s->pressure + s->more;
+               start = s->pressure + s->excess;
   if (density == 0) return 0;
   if (!s->barotropic) return kith_exact_energy(g, density, end) + s->stiffness * volume;
   const double from = 1 / s->density, squeeze = from - volume;
@@ -226,7 +230,7 @@ static double energy_of(const struct side *s, double density, double pressure, d
   return s->energy + work - s->stiffness * squeeze;
 }
 
-/* Side k at this speed dx / dt. */
+/* The state of side k at this speed dx / dt. */
 static void sample(const struct riemann *problem, int k, double speed, struct kith_exact_state *out) {
   const struct side *s = &problem->side[k];
   const struct kith_exact_star *star = &problem->star;
@@ -238,7 +242,7 @@ static void sample(const struct riemann *problem, int k, double speed, struct ki
     velocity = 2 / (g + 1) * (xi - s->sound + (g - 1) / 2 * velocity);
     const double power = g > 1 ? pow(ratio, 2 / (g - 1)) : exp((velocity - s->velocity) / s->sound);
     density *= power;
-    pressure = (s->pressure + s->more) * pow(power, g) - s->stiffness;
+    pressure = (s->pressure + s->excess) * pow(power, g) - s->stiffness;
   } else if (xi < head) {
     density = star->density[k], pressure = star->pressure;
     velocity = density > 0 ? mirror[k] * star->velocity : xi;

@@ -48,7 +48,8 @@ static const struct kith_param params[] = {
     KITH_EXACT_CENTER,
     {0}};
 
-/* A mirror through the center stands for the energy of the image. */
+/* Derives energy and center from the only deposit. A mirror through the center stands for the energy of the
+ * image. */
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct settings *s = settings;
   kith_exact_derive_gas(settings, scene);
@@ -71,7 +72,8 @@ static const double least_r = 1e-9;
 
 enum kind { STANDARD, SINGULAR, VACUUM };
 
-/* [0] ln w, or z in a vacuum; [1] ln g; and their slopes in the coordinate of the table. */
+/* A row of the table, at this coordinate. [0]: ln w, or z in a vacuum; [1]: ln g; slopes are by the
+ * coordinate. */
 struct row {
   double at, value[2], slope[2];
 };
@@ -85,12 +87,12 @@ struct sedov {
   struct row row[ROWS + 1];
 };
 
-/* h at ln x = y. From logarithms: near the center g x^2 / w is a number when its parts are not. */
+/* h at ln x = y, by logarithms: near the center g x^2 / w is a number when its parts are not. */
 static double similarity_pressure(double gamma, double y, double v, double ln_w, double ln_g) {
   return exp(ln_g + 2 * y - ln_w) * v * v * (1 - v) * (gamma - 1) / 2;
 }
 
-/* dV / d ln x = w times this. */
+/* dV / d ln x is w times this. */
 static double rise(const struct sedov *s, double v, double w) {
   const double gamma = s->gas.gamma;
   if (s->kind == SINGULAR) return 0; /* rounding would grow */
@@ -103,7 +105,7 @@ static double energy_density(const struct sedov *s, double y, double v, double l
   return (exp(ln_g) * x * x * v * v / 2 + thermal) * kith_pow_dim(x);
 }
 
-/* By ln x: q = ln w, ln g, energy integral. */
+/* Slopes by ln x of q: ln w, ln g, energy integral. */
 static void slopes(double y, const double *q, double *dq, const struct sedov *s) {
   const double w = exp(q[0]), v = (1 + w) / s->gas.gamma, dv = w * rise(s, v, w);
   dq[0] = s->gas.gamma * rise(s, v, w);
@@ -111,8 +113,8 @@ static void slopes(double y, const double *q, double *dq, const struct sedov *s)
   dq[2] = energy_density(s, y, v, q[0], q[1]);
 }
 
-/* By the length of a path in ln x and z = -ln(1 - V): q = ln x, ln g, energy integral, z. Near the singular
- * case x runs while V stands, near the edge V runs while x stands. */
+/* Slopes of q (ln x, ln g, energy integral, z) by the length of a path in ln x and z = -ln(1 - V). Near the
+ * singular case x runs while V stands, near the edge V runs while x stands. */
 static void slopes_of_void(const double *q, double *dq, const struct sedov *s) {
   const double left = exp(-q[3]), v = 1 - left, w = s->gas.gamma * v - 1, dv = w * rise(s, v, w);
   dq[0] = -left / (left - dv); /* dv < 0: x falls as V rises */
@@ -132,7 +134,7 @@ static int rates(double at, N_Vector state, N_Vector rate, void *context) {
   return 0;
 }
 
-/* What is integrated, by ERKStep of SUNDIALS: the numbers of `state` at `at`. */
+/* An integration by ERKStep of SUNDIALS: the numbers of `state` at `at`. */
 struct path {
   SUNContext context;
   N_Vector state;
@@ -163,7 +165,7 @@ static kith_status fill_table(struct sedov *s, struct path *path, double *energy
   return KITH_OK;
 }
 
-/* First ln x by row, then, when the edge is known, the coordinate. */
+/* Fills the table of a vacuum: rows are first at ln x, then, when the edge is known, at ln(ln x - ln x_v). */
 static kith_status fill_void(struct sedov *s, struct path *path, double *energy) {
   const double *q = N_VGetArrayPointer(path->state);
   double dq[4];
@@ -221,9 +223,9 @@ static kith_status sedov_create(void **self, const void *settings) {
   KITH_TRY(kith_resize(self, 0, 1, sizeof(struct sedov)));
   struct sedov *sedov = *self;
   const double gamma = p->gas.gamma, n = NDIM + 2 - p->omega;
-  const double stays = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1); /* the n of which V does */
+  const double singular_n = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1); /* n of the singular case */
   sedov->gas = p->gas, sedov->omega = p->omega, sedov->n = n;
-  sedov->kind = fabs(n - stays) < 1e-9 * n ? SINGULAR : n > stays ? STANDARD : VACUUM;
+  sedov->kind = fabs(n - singular_n) < 1e-9 * n ? SINGULAR : n > singular_n ? STANDARD : VACUUM;
   const kith_status status = integrate(sedov, &energy);
   const double alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
   sedov->radius1 = pow(p->blast_energy / (alpha * p->gas.density), 1 / n);
@@ -231,7 +233,7 @@ static kith_status sedov_create(void **self, const void *settings) {
   return status;
 }
 
-/* By cubics through values and slopes; beyond the end along its tangent. Coordinates descend. */
+/* Interpolates by cubics through values and slopes; beyond the end along its tangent. Coordinates descend. */
 static void look_up(const struct sedov *sedov, double at, double value[2]) {
   int low = 0, high = sedov->rows; /* row[low].at >= at > row[high].at */
   const struct row *last = &sedov->row[sedov->rows];
@@ -249,7 +251,7 @@ static void look_up(const struct sedov *sedov, double at, double value[2]) {
   }
 }
 
-/* V, ln w and ln g at ln x = y <= 0; false: there is nothing. */
+/* Finds V, ln w and ln g at ln x = y <= 0; false: there is no gas. */
 static bool similarity(const struct sedov *s, double y, double *v, double *ln_w, double *ln_g) {
   double value[2];
   if (s->kind == VACUUM) {

@@ -27,7 +27,7 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
   if (scene->n_regions != 2) return;
   s->density[0] = box->density, s->density[1] = scene->region[1].density;
   for (int a = 0; a < NDIM; ++a) {
-    const bool all = !isfinite(box->upper[a] - box->lower[a]); /* of the domain along this axis, and more */
+    const bool all = !isfinite(box->upper[a] - box->lower[a]); /* the box spans the domain along this axis */
     const double *lower = all ? scene->lower : box->lower, *upper = all ? scene->upper : box->upper;
     s->side[a] = (all ? 2 : 1) * (upper[a] - lower[a]);
     s->gas.center[a] = 0.5 * (lower[a] + upper[a]);

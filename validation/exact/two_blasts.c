@@ -28,7 +28,7 @@
 enum { KEPT = 40, ITERATIONS = 2, MOST_STEPS = 100000 };
 static const double courant = 0.4;
 
-/* Per unit of mass, or at the place of it: volume, velocity, pressure. */
+/* Specific volume, velocity and pressure, or their differences across a cell. */
 struct gas {
   double v, u, p;
 };
@@ -38,7 +38,7 @@ struct cell {
   double face, mass; /* place of the face; mass of the cell */
   struct gas gas;
   double energy; /* per unit mass, with the kinetic one */
-  /* Of a step: slopes, mass flow of a sound wave; what the face does. */
+  /* During a step: slopes, mass flow of a sound wave; velocity and pressure of the lower face. */
   struct gas slope;
   double impedance, face_u, face_p;
 };
@@ -49,7 +49,7 @@ struct flow {
   struct cell cell[]; /* [n + 1]: the last one is the upper face of the one before */
 };
 
-/* Gas at rest or moving, the same from `from` to the next one's `from`. */
+/* Uniform gas, at rest or moving, from `from` to the next slab's `from`. */
 struct slab {
   double from, density, velocity, pressure;
 };
@@ -67,7 +67,7 @@ static struct gas slope_of(const struct gas *a, const struct gas *b, const struc
 
 static void slopes(struct flow *f) {
   struct cell *first = f->cell, *last = f->cell + f->n - 1;
-  for (struct cell *c = first; c <= last; ++c) { /* behind the walls is the mirror image */
+  for (struct cell *c = first; c <= last; ++c) { /* walls show mirror images */
     struct gas before = c > first ? c[-1].gas : c->gas, behind = c < last ? c[1].gas : c->gas;
     if (c == first) before.u = -before.u;
     if (c == last) behind.u = -behind.u;
@@ -76,7 +76,8 @@ static void slopes(struct flow *f) {
   }
 }
 
-/* At the upper (1) or lower (-1) face, half a step later; the plain cell where that would be no gas. */
+/* The state at the upper (1) or lower (-1) face, half a step later; that of the cell where it would be no
+ * gas. */
 static struct gas at_face(const struct cell *c, double dt, double side) {
   const double half = 0.5 * dt / c->mass, c2 = c->impedance * c->impedance;
   const struct gas g = {c->gas.v + 0.5 * side * c->slope.v + half * c->slope.u,
@@ -93,7 +94,8 @@ static double jump(const struct gas *g, double gamma, double p, double *slope) {
   return (p - g->p) / w;
 }
 
-/* Newton's method from the pressure between two sound waves: the jumps are concave in p. */
+/* Finds pressure and velocity of a face by Newton's method, from the pressure between two sound waves: the
+ * jumps are concave in p. */
 static void star(const struct gas *l, const struct gas *r, double gamma, struct cell *face) {
   const double a = sqrt(gamma * l->p / l->v), b = sqrt(gamma * r->p / r->v);
   const double floor = 1e-12 * KITH_MIN(l->p, r->p);
@@ -134,7 +136,8 @@ static kith_status update(struct flow *f, double dt) {
   return KITH_OK;
 }
 
-/* On to `time`. DIVERGED if a volume or a pressure is not positive, BAD_INPUT if it takes too many steps. */
+/* Advances to `time`. DIVERGED if a volume or a pressure is not positive, BAD_INPUT if it takes too many
+ * steps. */
 static kith_status run(struct flow *f, double time) {
   while (f->time < time) {
     if (++f->steps > MOST_STEPS)
@@ -151,7 +154,7 @@ static kith_status run(struct flow *f, double time) {
   return KITH_OK;
 }
 
-/* Cells of about the same mass, whole ones in each slab, the last of which ends at `end`. */
+/* Makes cells of about the same mass, whole ones in each slab, the last of which ends at `end`. */
 static kith_status lay_out(struct flow **out, double gamma, int n_slabs, const struct slab *slab, double end,
                            int cells) {
   double total = 0;
@@ -227,7 +230,7 @@ static kith_status create_shu_osher(void **self, const void *settings) {
   return keep(self, settings, 1 + WAVES, slabs, 5, 2000);
 }
 
-/* Cell i at `at`, in kept times, between two of them. */
+/* Cell i, interpolated between two kept times; `at`: time in units of their distance. */
 static struct cell cell_at(const struct kept_flow *b, double at, int i) {
   const int k = KITH_MIN((int)at, KEPT - 1);
   const double part = at - k;

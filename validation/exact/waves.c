@@ -33,7 +33,7 @@ static void derive_acoustic(void *settings, const struct kith_exact_scene *scene
 static void derive_entropy(void *settings, const struct kith_exact_scene *scene) {
   struct wave *w = settings;
   kith_exact_derive_moving(settings, scene);
-  w->gas.density = NAN; /* the mean is not said */
+  w->gas.density = NAN; /* the mean, which the scene does not say */
   w->wavelength = scene->upper[0] - scene->lower[0];
 }
 
