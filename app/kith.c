@@ -1,6 +1,5 @@
-/* kith.c - the program `kith`: carries out the verbs that make many runs (validate, chart, stress), and
- * hands the others over to the program of the scene's dimension (kith-1d, kith-2d or kith-3d, in the same
- * folder). */
+/* kith.c - the program `kith`: carries out the verbs that make many runs (validate, chart, stress), and hands
+ * the others over to the program of the scene's dimension (kith-1d, kith-2d or kith-3d, beside it). */
 #define _GNU_SOURCE /* memfd_create */
 #include <fcntl.h>
 #include <signal.h>
@@ -40,9 +39,8 @@ static kith_status keep_pipe(struct kith_options *options, char path[64]) {
   return KITH_OK;
 }
 
-/* Replaces this process by the program of the scene's dimension, with the same words of the command line.
- * Binds threads to cores for a single process only: each of several would bind its threads to the first
- * cores. */
+/* Becomes the program of the scene's dimension, with the same words of the command line. Binds threads to
+ * cores for a single process only: each of several would bind its threads to the first cores. */
 static kith_status hand_over(struct kith_options *options) {
   struct kith_programs programs;
   char path[KITH_PATH + 8], kept[64];

@@ -47,9 +47,8 @@ static double vortex_viscosity(const struct kith_measured *m) {
   return viscosity(m, true);
 }
 
-/* Amplitude of a mode: 2 |sum w v_y exp(i k x)| / sum V exp(-n k distance), w = V exp(-k distance), the
- * distance from the nearer of two layers, at 1/4 and 3/4 of a box of side 1, or from the middle of the
- * domain. */
+/* Amplitude of a mode: 2 |sum w v_y exp(i k x)| / sum V exp(-n k distance), w = V exp(-k distance), distance
+ * from the nearer of two layers, at 1/4 and 3/4 of a box of side 1, or from the middle of the domain. */
 static double amplitude(const struct kith_measured *m, double k, bool two_layers, int n) {
   const int y = NDIM > 1;
   const double *lower = m->domain.lower, middle = 0.5 * (m->domain.upper[y] - lower[y]);

@@ -63,8 +63,7 @@ enum kith_measure {
 };
 extern const char *const kith_measure_names[KITH_N_MEASURES];
 
-/* Takes a measure; NaN for what cannot be told. Collective: all ranks get what one process gets, to the last
- * bit. */
+/* Takes a measure; NaN for what cannot be told. Collective: all ranks get what one process gets, bitwise. */
 double kith_measure_take(enum kith_measure which, const struct kith_measured *m);
 
 #endif

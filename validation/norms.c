@@ -164,7 +164,7 @@ static void choose_units(struct bins *bins, const struct measure *m) {
     bins->unit[q] = most[q] > 0 ? ldexp(1, ilogb(most[q]) + ilogb((double)nodes) + 2 - 62) : 1;
 }
 
-/* Fills BINS bins of this width, the middle of them at `origin`; the two at the ends take all that lies
+/* Fills BINS bins of this width, the middle of them at `origin`; those at the ends take all that is
  * beyond. */
 static void fill_bins(struct bins *bins, const struct measure *m, double origin, double width) {
   double term[QUANTITIES];
@@ -178,8 +178,7 @@ static void fill_bins(struct bins *bins, const struct measure *m, double origin,
   kith_ranks_sum_counts(m->nodes->ranks, (uint64_t *)bins->sum, BINS * QUANTITIES);
 }
 
-/* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. *mass: their mean
- * mass. */
+/* Mean spacing of the nodes within `distance` of the exact shock; 0 if there are none. *mass: mean mass. */
 static double spacing_near_shock(const struct measure *m, double distance, double *mass) {
   struct kith_sum sum[2] = {{{0}, 0}}; /* volume, mass */
   uint64_t count = 0;

@@ -48,8 +48,7 @@ struct figures {
 
 /* ---- reference loops, as anybody could have written them ---- */
 
-/* Measures bytes per second of a[i] = b[i] + 3 c[i], 2^24 doubles, 24 bytes counted an element; best of
- * five. */
+/* Bytes per second of a[i] = b[i] + 3 c[i], 2^24 doubles, 24 bytes counted an element; best of five. */
 static kith_status reference_triad(double *bytes_per_second) {
   enum { N = 1 << 24 };
   double *a = NULL, best = INFINITY;
@@ -177,8 +176,7 @@ static kith_status run_case(const struct kith_options *options, const char *cons
   return status;
 }
 
-/* Runs a case (the package, and a setting or NULL) and prints its line. Without a `base` it times its own
- * reference loops. */
+/* Runs a case and prints its line. Without a `base` the case times its own reference loops. */
 static kith_status bench_case(const struct kith_options *options, const char *const setting[2], int threads,
                               const struct figures *base, struct figures *f) {
   char what[64];

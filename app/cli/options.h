@@ -9,9 +9,8 @@
 #include <limits.h>
 #include "lib/core/base.h"
 
-/* Verbs: name, argument (in brackets if it may be left out), doc. There is a list for each of what carries
- * verbs out: the program of the scene's dimension; the program kith, which starts those; the script ./kith of
- * the source tree. */
+/* Verbs: name, argument (in brackets if it may be left out), doc. Three lists, by what carries verbs out: the
+ * program of the scene's dimension, the program kith, which starts those, the script ./kith. */
 #define KITH_SCENE_VERBS(X)                                                                        \
   X(run, "SCENE", "run a scene and compare it with its exact solution")                            \
   X(plan, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \

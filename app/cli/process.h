@@ -12,8 +12,8 @@ struct kith_programs {
   char inputs[KITH_PATH]; /* ".../inputs" */
 };
 
-/* Finds the programs beside this one, and `inputs`: above it, below share/kith, or else in the working
- * directory. */
+/* Finds the programs beside this one, and `inputs` above it, below share/kith, or else in the current
+ * folder. */
 kith_status kith_programs_find(struct kith_programs *programs);
 /* Are `a` and `b` the same existing file or directory? */
 bool kith_is_same_file(const char *a, const char *b);

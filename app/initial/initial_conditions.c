@@ -188,8 +188,7 @@ static kith_status add_zone(struct setup *s, const struct plan *from, int axis, 
   return KITH_OK;
 }
 
-/* Stores the depth of a zone that holds nodes, which must be the same for all regions at an inflow, and
- * slants it. */
+/* Stores the depth of a zone that holds nodes, the same for all regions at an inflow, and slants the zone. */
 static kith_status join_zone(const struct setup *s, const struct plan *zone) {
   const struct plan *from = &s->plan[zone->region - s->scene->region];
   const int axis = zone->axis, side = zone->side;
@@ -281,8 +280,7 @@ static bool fills_box(const struct setup *s, const struct plan *plan) {
   return alone;
 }
 
-/* Counts the sites that the region holds, of which no other region may hold one. fill: makes them its
- * nodes. */
+/* Counts the sites that the region holds, and no other region may hold. fill: makes them its nodes. */
 static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fill) {
   const bool all = fills_box(s, plan);
   double x[NDIM], at[NDIM];
@@ -302,8 +300,7 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
   return KITH_OK;
 }
 
-/* Counts the nodes in this rank's equal part of the sites. plan->id: the number of nodes of the ranks
- * before. */
+/* Counts the nodes in this rank's equal part of the sites. plan->id: number of nodes of the ranks before. */
 static kith_status count_share(const struct setup *s, struct plan *plan) {
   const int me = kith_ranks_rank(s->ranks), size = kith_ranks_size(s->ranks);
   const bool whole = kith_region_stays(plan->region);
@@ -343,7 +340,7 @@ static kith_status count_nodes(const struct setup *s, int64_t *total) {
   return KITH_OK;
 }
 
-/* Checks that what the least run takes fits into the memory of this computer, with the shares of its ranks:
+/* Checks that the least a run takes fits into the memory of this computer, with the shares of its ranks:
  * rows, fields, and twice as much as the fields for search, package and packed nodes (sph: 1.1 to 1.6 times
  * this). */
 static kith_status check_memory(const struct setup *s, int64_t total) {
@@ -378,8 +375,7 @@ static kith_status append_nodes(const struct setup *s, int64_t total) {
   return KITH_OK;
 }
 
-/* Flags frozen nodes, barriers and zones. Barriers are frozen, and a field of their own: their ghosts are
- * barriers too. */
+/* Flags zones, frozen nodes and barriers. These are frozen, and a field: their ghosts are barriers too. */
 static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
   static const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"};
   struct kith_field *barrier;

@@ -44,13 +44,12 @@ kith_status kith_initial_conditions(struct kith_nodes **nodes, struct kith_hydro
                                     double neighbors, uint8_t **frozen, double (*zone)[2][NDIM],
                                     int64_t *total);
 
-/* Finds what would be laid out, without doing it: site_volume[n_regions], and the sites in all boxes of
- * regions. */
+/* Finds what would be laid out: site_volume[n_regions], and the number of sites in all boxes of regions. */
 kith_status kith_initial_conditions_outline(const struct kith_scene *scene, double *site_volume,
                                             double *sites);
 
-/* Finds the state at the face of an inflow, beside x: a kith_flow_state_at (integrator.h), whose context is
- * the scene. */
+/* The state at the face of an inflow, beside x: a kith_flow_state_at (integrator.h) whose context is the
+ * scene. */
 kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *boundary, int list,
                                            const double *x, double time, struct kith_flow_state *out);
 

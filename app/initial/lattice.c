@@ -91,8 +91,7 @@ kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume) {
   return count_sites(fit);
 }
 
-/* Places are counted from the middle of the box, so that sites on both sides of it mirror each other
- * exactly. */
+/* Counts places from the middle of the box, so that sites on both sides of it mirror each other exactly. */
 void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x) {
   const int per_cell = cells[fit->kind].n;
   const double *offset = fit->site[site % per_cell];

@@ -48,8 +48,8 @@ struct kith_history {
   double started;            /* kith_seconds */
 };
 
-/* Opens the table, on rank 0. `restarted`: rows up to the simulation's step are kept; BAD_FILE if it has
- * other columns. */
+/* Opens the table on rank 0. `restarted`: keeps rows up to the simulation's step; BAD_FILE for other
+ * columns. */
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *simulation, bool restarted);
 /* Appends a row after a step that was summarized, on rank 0, which alone knows of a failure. */

@@ -38,8 +38,7 @@ static void snapshot_name(int number, char name[32]) {
   snprintf(name, 32, "snapshot_%04d.hdf", number);
 }
 
-/* Renames a damaged checkpoint, so that the next one does not put it in the place of the good one before
- * it. */
+/* Renames a damaged checkpoint, so that the next one does not put it in the place of the good one. */
 static kith_status set_damaged_aside(const struct kith_output *output) {
   char path[640], aside[660];
   struct kith_checkpoint *c;

@@ -41,13 +41,13 @@ kith_status kith_output_open(struct kith_output *output, struct kith_simulation 
 /* Writes a snapshot under the next number, and the list of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 /* After a failure: writes a snapshot DIR/offenders.hdf of the node with this id and all that it shares a
- * support with. The other nodes are deleted. *written: false if there is no such node, or its reach is not
+ * support with; deletes the other nodes. *written: false if there is no such node, or its reach is not
  * finite. */
 kith_status kith_output_offenders(const struct kith_output *output, struct kith_simulation *simulation,
                                   int64_t id, bool *written);
 kith_status kith_output_close(struct kith_output *output);
-/* Writes JSON, which it takes over. What jansson had no memory for since kith_json_watch is an error; nothing
- * is written then. */
+/* Writes JSON, which it takes over. NO_MEMORY, and nothing is written, if jansson lacked memory for something
+ * since kith_json_watch. */
 kith_status kith_json_write(const char *path, json_t *json);
 void kith_json_watch(void);
 /* Writes a JSON array of the events of all ranks, whose clocks were aligned (kith_profile_align). Each

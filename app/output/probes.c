@@ -227,8 +227,7 @@ static double outside(const struct kith_probes *p, kith_index i) {
   return most;
 }
 
-/* Makes images of the points wherever a support may reach through a face; with lists that last, nodes may be
- * beyond it. */
+/* Makes images of the points wherever a support may reach through a face, beyond which nodes may be. */
 static kith_status make_images(struct kith_probes *p, struct set *s) {
   const struct kith_nodes *nodes = p->simulation->nodes;
   struct kith_nodes *points = s->points;

@@ -21,8 +21,7 @@ struct kith_probes; /* opaque; NULL: a scene without probes, which all functions
 /* Opens the file; a restarted run continues the one that is there, if there is one. */
 kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation *simulation,
                                const char *directory, bool restarted);
-/* Samples the probes whose turn it is at this step; `last`: all that were not sampled at this step.
- * Collective. */
+/* Samples the probes whose turn it is; `last`: all that were not sampled at this step. Collective. */
 kith_status kith_probes_sample(struct kith_probes *probes, bool last);
 /* Makes DIR/probes.h5 what was sampled: samples go to DIR/probes.h5.partial, so that a crash leaves the file
  * as it was published last, and so does a failure. */

@@ -45,7 +45,7 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out);
 
 /* Single values: kind, member, key, value, unit, doc. A value is an expression of m (simulation), it
  * (integrator), b (baseline), p (provenance), now (totals), sum (over ranks: nodes, row entries, pair
- * evaluations, processor seconds, updates) and wall (seconds). Changes and drifts: the largest over the run
+ * evaluations, cpu seconds, updates) and wall (seconds). Changes, drifts: the largest over the run
  * (simulation.h). */
 #define KITH_REPORT_LIST(X)                                                                             \
   X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \

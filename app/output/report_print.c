@@ -46,8 +46,8 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
 }
 
-/* Prints errors of energy and momentum, and of what a scene is about: a vortex, or gas at rest that no shock
- * will move. */
+/* Prints errors of energy and momentum, and of what a scene is about: a vortex, gas at rest without a
+ * shock. */
 static void print_conservation(const struct kith_report *r, FILE *f) {
   const bool vortex = r->compared && r->norms.vortex,
              at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;

@@ -32,16 +32,14 @@ struct kith_calibration {
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
 
-/* Counts per step: evaluations of all nodes, collective calls, checks of the balance, and
- * kith_halo_traffic. */
+/* Per step: evaluations of all nodes, collective calls, checks of the balance, and kith_halo_traffic. */
 struct kith_rehearsal {
   double evaluations, collectives, balance_checks;
 #define X(name, doc) double name;
   KITH_HALO_TRAFFIC_LIST(X)
 #undef X
 };
-/* Runs 20 steps of the scene of `options` at this resolution, fewer if it ends before. Fails as any run
- * does. */
+/* Runs 20 steps of the scene at this resolution, fewer if it ends before. Fails as any run does. */
 kith_status kith_rehearsal_run(struct kith_rehearsal *out, const struct kith_options *options,
                                double resolution);
 

@@ -294,8 +294,8 @@ static void meet_neighbors(struct model *o, const struct ring *ring, int64_t c, 
   }
 }
 
-/* Counts ghosts at points of each cell. The points stand elsewhere in each cell, so that all cells together
- * sample small parts of one. */
+/* Counts ghosts at points of each cell. These are elsewhere in each cell: together they sample small
+ * parts. */
 static void count_borders(struct model *o) {
   static const double golden[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   const int samples = (int)fmin(fmax(MOST_POINTS / (double)o->cells.n, 1), 64);
@@ -325,8 +325,7 @@ static void count_peers(struct model *o) {
 
 /* ---- times ---- */
 
-/* Means over some ranks: how many neighbors they talk to when lists are rebuilt, and how many cells they
- * send. */
+/* Means over some ranks: neighbors that they talk to when lists are rebuilt, and cells that they send. */
 static kith_status measure_shells(const struct model *o, double *neighbors, double *cells) {
   struct kith_shell shell = {0};
   int n = 0;

@@ -157,8 +157,8 @@ static void show_lifecycle(const struct kith_simulation *m) {
     line("reordering", "never");
 }
 
-/* Prints the passes of the package, which are the stages directly below it, in the order of their first call,
- * per evaluation. */
+/* Prints the passes of the package (stages directly below it) in the order of their first call, per
+ * evaluation. */
 static void show_passes(const struct plan *plan) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(plan->profile, &stage);
@@ -184,8 +184,7 @@ static void show_settings(const char *label, const struct kith_param *params, co
   if (text.s[0] != '\0') line(label, "%s", text.s);
 }
 
-/* Prints whether gas at rest stays on each lattice of the scene, as it does where kith_lattice_stiffness() is
- * positive. */
+/* Prints whether gas at rest stays on each lattice of the scene, as where kith_lattice_stiffness() > 0. */
 static void show_lattices(const struct plan *plan) {
   const struct kith_scene *scene = plan->simulation->scene;
   const struct kith_package *p = &plan->simulation->package;
@@ -263,15 +262,14 @@ static void show_dt(const struct plan *plan) {
          (long long)limit->node, kith_limit_name(limit->reason));
 }
 
-/* Number of steps up to `until`, which grow as the integrator lets them (KITH_GROWTH) up to the full dt, and
- * then stay. */
+/* Number of steps to `until`, which grow as the integrator lets them (KITH_GROWTH) up to the full dt. */
 static double expected_steps(double first, double full, double until) {
   double steps = 0, time = 0;
   for (double dt = first; dt < full && time < until; dt *= KITH_GROWTH) time += dt, steps += 1;
   return steps + (time < until ? ceil((until - time) / full) : 0);
 }
 
-/* Prints steps and cost. Scenes that cost more than a second are calibrated: the larger that run is, the more
+/* Prints steps and cost. Scenes of more than a second are calibrated: the longer that run, the more
  * reliable. */
 static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
@@ -450,7 +448,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 
-/* Reads the scene; if it is too large to be laid out here, also at a lower resolution, to be simulated
+/* Reads the scene; if it is too large to lay out here, also at a lower resolution, to be simulated
  * instead. */
 static kith_status read_scenes(struct plan *plan, const struct kith_options *o) {
   double *site_volume = NULL, sites = 0, coarse = 0;

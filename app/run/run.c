@@ -161,8 +161,7 @@ static bool measures(const struct kith_scene *scene) {
   return wanted;
 }
 
-/* Takes a measure. start: what was measured then; NULL: this is the start, or what a mode is compared
- * with. */
+/* Takes a measure. start: what was measured then; NULL: this is the start, or an amplitude is wanted. */
 static double take(const struct run *run, enum kith_measure which, const double *start) {
   const struct kith_profile_view view = view_of(run);
   struct kith_measured measured = {.nodes = &view,
@@ -385,8 +384,7 @@ static kith_status steps(struct run *run) {
 
 /* ---- end ---- */
 
-/* Writes the last state. The checkpoint comes first: the last snapshot is not one that a longer run would
- * write. */
+/* Writes the last state: first the checkpoint, since the last snapshot is not one of a longer run. */
 static kith_status write_state(struct run *run) {
   const double time = run->simulation->integrator.time;
   if (run->scene->output.checkpoint_at_end || run->stopped) KITH_TRY(save(run));
@@ -455,8 +453,8 @@ static enum kith_exit complain(const struct run *run, enum kith_exit code) {
   return code;
 }
 
-/* Writes a snapshot of the node that a message names, with its neighbors. Collective; all ranks have the
- * message. */
+/* Writes a snapshot of the node that a message, which all ranks have, names, with its neighbors.
+ * Collective. */
 static void write_offenders(struct run *run, const char *reason, char *where, size_t size) {
   const char *named = reason;
   bool written = false;

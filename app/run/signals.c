@@ -28,9 +28,9 @@ static void handle_with(void (*handler)(int), int flags) {
       sigaction(caught[k], &action, NULL);
 }
 
-/* Is it the first signal, or does it come at least a second after that? One that comes earlier is the same
- * wish: who stops a job may signal every process of it, and each passes its own on. Calls only functions that
- * a handler may call. */
+/* Is it the first signal, or at least a second after that? One that comes earlier is the same wish: who
+ * stops a job may signal every process of it, and each passes its own on. Only functions that a handler
+ * may call. */
 static bool is_new(void) {
   static struct timespec first;
   struct timespec now;
@@ -100,7 +100,7 @@ static void become_mpirun(char *const *words) {
   _exit(KITH_EXIT_FAILED);
 }
 
-/* Makes the words of mpirun. Ranks are not bound to cores: the threads of a rank would all have to share
+/* Makes the words of mpirun. It binds no ranks to cores: the threads of a rank would all have to share
  * one. */
 static kith_status words_of(int ranks, char *const *own, char **words, int most) {
   static char self[PATH_MAX], number[16];
@@ -118,8 +118,7 @@ static kith_status words_of(int ranks, char *const *own, char **words, int most)
   return KITH_OK;
 }
 
-/* Allows mpirun the open files it needs, up to five for each rank: without them it neither starts all ranks
- * nor ends. */
+/* Allows mpirun five open files for each rank: with fewer it neither starts all ranks nor ends. */
 static kith_status check_room(int ranks) {
   const int wanted = 50 + 5 * ranks;
   struct rlimit files;

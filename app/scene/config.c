@@ -199,8 +199,8 @@ static kith_status next_event(struct reader *r) {
   return yaml_parser_parse(&r->parser, &r->event) ? KITH_OK : fail_syntax(r);
 }
 
-/* Refuses anchors and tags, which come first in the data of all events that begin a value; aliases are
- * refused as anchors. */
+/* Refuses anchors and tags, which come first in the data of events that begin a value, and aliases
+ * (anchors). */
 static kith_status check_plain(const struct reader *r, struct kith_config_node *node) {
   const yaml_event_t *e = &r->event;
   if (e->data.scalar.anchor != NULL) return fail_here(r, node, NULL, "anchors and aliases are not supported");

@@ -65,8 +65,7 @@ kith_status kith_config_emit(const struct kith_config_node *root, bool one_line,
 bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice);
 /* Makes a node null: as if it were not given. */
 void kith_config_drop(struct kith_config_node *node);
-/* The child of a map by key, or of a list by number; NULL if it is not there or null, or if `node` is
- * NULL. */
+/* The child of a map by key, or of a list by number; NULL if it is not there or null, or if `node` is. */
 const struct kith_config_node *kith_config_child(const struct kith_config_node *node, const char *key);
 /* The value at a dotted path from the root, or NULL. */
 const struct kith_config_node *kith_config_at(const struct kith_config *config, const char *path);
@@ -79,8 +78,7 @@ kith_status kith_config_fail(const struct kith_config_node *node, const char *ke
     __attribute__((format(printf, 3, 4)));
 /* BAD_INPUT unless it is of this kind. */
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
-/* Writes the path of the file that a node names, which is relative to the folder of the node's own file;
- * returns it. */
+/* Writes the path of the file that a node names, from the folder of the node's own file; returns it. */
 const char *kith_config_beside(const struct kith_config_node *node, char *path, size_t size);
 /* Length of a path up to its last '/', which is included; 0: there is none. */
 int kith_path_folder(const char *path);

@@ -29,8 +29,7 @@ static kith_status no_assignment(const struct kith_expression *self) {
   return KITH_OK;
 }
 
-/* Evaluates the formula once, since the parser reads it at the first evaluation; the value does not matter
- * here. */
+/* Evaluates the formula once, since the parser reads it then; the value does not matter here. */
 static kith_status parse(struct kith_expression *self) {
   KITH_TRY(no_assignment(self));
   mupSetExpr(self->parser, self->formula);

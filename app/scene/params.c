@@ -37,8 +37,8 @@ static kith_status read_scalar(const struct kith_param *param, const struct kith
   return status == KITH_BAD_INPUT ? kith_config_fail(node, NULL, "%s", kith_failure()) : status;
 }
 
-/* Reads {1d: .., 2d: .., 3d: ..}: takes the value of this dimension, and checks the others if reading them
- * needs no memory. */
+/* Reads {1d: .., 2d: .., 3d: ..}: takes the value of this dimension; checks others if that needs no
+ * memory. */
 static kith_status read_by_dimension(const struct kith_param *param, const struct kith_config_node *node,
                                      void *into) {
   char unused[ROOM];
@@ -138,8 +138,7 @@ static const struct kith_param *find_chooser(const struct kith_param *params) {
   return NULL;
 }
 
-/* Iterates over all rows that a map may have: those of the table, then those of each member that can be
- * chosen. */
+/* Iterates over all rows that a map may have: of the table, then of each member that can be chosen. */
 struct rows {
   const struct kith_param *next;
   kith_family *family; /* NULL: none can be chosen */
@@ -175,7 +174,7 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
               : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
-/* Writes the members of the family that have the key, "mfm, sph". Returns whether this member is the first of
+/* Writes the members of the family that have the key, "mfm, sph". Returns whether this is the first of
  * them. */
 static bool list_owners(const char *key, kith_family *family, int member, char *names, size_t size) {
   int first = -1;

@@ -26,7 +26,7 @@ kith_status kith_param_read(const struct kith_param *param, const struct kith_co
 kith_status kith_param_value(const struct kith_param *param, const struct kith_config_node *node, void *into);
 
 /* Compares a scene now with one then: BAD_INPUT names the first key that differs, with both values. '-' and
- * '_' in names are the same, and so are 16 and 16.0, a default and nothing; keys whose role is not state may
+ * '_' in names are the same, and so are 16 and 16.0, a default and nothing; keys that are not state may
  * differ. */
 kith_status kith_config_compare(const struct kith_param *params, const struct kith_config_node *now,
                                 const struct kith_config_node *then);

@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include "app/scene/scene_data.h"
 
-/* Reads a scene and checks it. overrides: "key=value". BAD_INPUT: one line with file:line, key, value,
+/* Reads and checks a scene. overrides: "key=value". BAD_INPUT: one line with file:line, key, value,
  * allowed. */
 kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_overrides,
                             const char *const *overrides);
@@ -20,8 +20,7 @@ kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_ove
 kith_status kith_scene_parse(struct kith_scene **out, const char *name, const char *text, size_t length,
                              int n_overrides, const char *const *overrides);
 void kith_scene_destroy(struct kith_scene **scene);
-/* BAD_INPUT if a piston is through the domain before `until`, or snapshots until then exceed their four
- * digits. */
+/* BAD_INPUT if a piston is through the domain before `until`, or if there are more than 9998 snapshots. */
 kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
 /* BAD_INPUT that names the first key of which `text`, the scene of a checkpoint, has another value. */
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text);

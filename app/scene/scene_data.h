@@ -63,8 +63,7 @@ static inline bool kith_region_stays(const struct kith_region *region) {
   return region->frozen || region->barrier;
 }
 
-/* Does the region damp what passes through it? Damage is a field of nodes if some region gives it or a
- * porosity. */
+/* Does it damp what passes? Nodes have a field of damage if some region has damage or a porosity. */
 static inline bool kith_region_damaged(const struct kith_region *region) {
   return region->porosity >= 0 || region->damage != NULL;
 }
@@ -75,8 +74,7 @@ static inline double kith_material_pressure(const struct kith_material *material
   kith_material_state(material, 1, &density, &energy, &pressure, &sound_speed);
   return pressure;
 }
-/* Does the state have the pressure that was asked for? Some equations of state take nothing from the
- * energy. */
+/* Is the pressure the one asked for? Some equations of state take nothing from the energy. */
 static inline bool kith_pressure_holds(const struct kith_material *material, double density, double energy,
                                        double asked) {
   return !material->eos->barotropic ||
@@ -122,8 +120,7 @@ struct kith_contact {
   int of, with;
 };
 
-/* Is a length or velocity, the largest, in the range in which units scale exactly, with the powers of it that
- * sums take? */
+/* Do units scale exactly, with the powers that sums take, if this is the largest length or velocity? */
 static inline bool kith_scene_unit_holds(double largest) {
   return largest >= 1e-31 && largest <= 1e31;
 }

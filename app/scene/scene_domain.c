@@ -73,9 +73,8 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
   return KITH_OK;
 }
 
-/* Checks what may stand on opposite sides of an axis: the same boundary with the same settings, or one and an
- * open side; where gas passes one of them, any two. A boundary of one side (piston) needs an open one
- * opposite. */
+/* Checks what may be on opposite sides of an axis: the same boundary with the same settings, or one and an
+ * open side; any two, where gas passes one of them. A boundary of one side (piston) needs an open one. */
 static kith_status check_sides(const struct kith_boundary_ops *lower, const struct kith_boundary_ops *upper,
                                const struct kith_selected side[2], const struct kith_config_node *node) {
   if (kith_boundary_wraps(lower) != kith_boundary_wraps(upper))
@@ -159,8 +158,7 @@ static kith_status check_flow(const struct kith_boundary_ops *ops, const struct 
   return KITH_OK;
 }
 
-/* Checks the faces that gas passes. They are on one axis: zones behind faces of two would have to meet in the
- * corner. */
+/* Checks the faces that gas passes. One axis may have them: zones of two would have to meet in the corner. */
 static kith_status check_flows(struct kith_scene *scene, const struct kith_config_node *node) {
   int axis = -1;
   for (int a = 0; a < NDIM; ++a) {

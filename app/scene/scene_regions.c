@@ -112,8 +112,7 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
   return kith_config_fail(pressure, NULL, "%g needs a negative energy, %g", p, u);
 }
 
-/* Refuses t in the formulas of a region, which is filled once, at the start: t would be 0 there whatever it
- * means. */
+/* Refuses t in the formulas of a region, which is filled once, at the start: t would always be 0. */
 static kith_status check_timeless(const struct kith_param *params, const struct kith_region *region,
                                   const struct kith_config_node *map) {
   for (const struct kith_param *p = params; p->key != NULL; ++p) {

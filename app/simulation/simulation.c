@@ -100,8 +100,7 @@ static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *fro
   return KITH_OK;
 }
 
-/* A scheme refuses a setting with "KEY: why": replaces this by a message with the place of KEY in the
- * scene. */
+/* Turns the message of a scheme, "KEY: why", into one with the place of KEY in the scene. */
 static kith_status refuse_setting(const struct kith_scene *scene) {
   char message[512];
   snprintf(message, sizeof message, "%s", kith_failure());
@@ -156,8 +155,7 @@ static const struct kith_config_node *at(const struct kith_scene *scene, const c
   return node != NULL ? node : scene->config->root;
 }
 
-/* Refuses combinations of scheme, package and boundaries. `key`: the key of the scene that the message points
- * at. */
+/* Refuses combinations of scheme, package and boundaries. `key`: where in the scene the message points. */
 static kith_status check_combination(const struct kith_simulation *m) {
 #define REFUSE_IF(wrong, key, ...) \
   if (wrong) return kith_config_fail(at(s, key), NULL, __VA_ARGS__)
@@ -236,8 +234,7 @@ static kith_status check_names(const struct kith_excluders *excluders) {
   return KITH_OK;
 }
 
-/* Sets the excluders up with all nodes, so that what is wrong with them shows now and not in the first
- * step. */
+/* Sets the excluders up with all nodes, so that what is wrong with them shows now, before the first step. */
 static kith_status make_excluders(struct kith_simulation *m) {
   const struct kith_selection all = {.nodes = m->nodes};
   struct kith_excluder self = {.ops = &kith_excluder_self};
@@ -373,8 +370,7 @@ kith_status kith_simulation_create(struct kith_simulation **out, const struct ki
 
 kith_status kith_simulation_start(struct kith_simulation *m) {
   const bool pending = m->scene->equilibrium;
-  /* Tension is cut until the energies fit the densities that are found: before, material could count as
-   * torn. */
+  /* Cuts tension until the energies fit the summed densities: otherwise material could count as torn. */
   for (int l = 0; l < m->nodes->n_lists; ++l) m->hydro.material[l].cut |= pending;
   KITH_TRY(kith_integrator_start(&m->integrator));
   if (!pending) return KITH_OK;

@@ -36,7 +36,7 @@ kith_status kith_job_set(struct kith_job *job, const char *assignment) {
   return KITH_OK;
 }
 
-/* Finds why a run failed: the last line of its log that starts with "kith: " and is no warning, or its
+/* Finds why a run failed: the last line of its log that begins with "kith: " and is no warning, or its
  * end. */
 static void find_reason(const char *log, double cpu_limit, struct kith_job_end *end) {
   char line[1024];
@@ -196,8 +196,7 @@ static kith_status hash_scene(uint64_t *h, const struct kith_job *job) {
   return status;
 }
 
-/* Writes DIR/runs/sph-limited-100-0123456789abcdef: method, value and a hash of all that the run depends
- * on. */
+/* Writes DIR/runs/sph-limited-100-0123456789abcdef: method, value, hash of all that the run depends on. */
 static kith_status run_directory(const struct kith_study *s, const struct kith_job *job,
                                  char path[KITH_JOB_PATH]) {
   char text[KITH_PATH + 8], *name = path + snprintf(path, KITH_JOB_PATH, "%s/runs/", s->directory);

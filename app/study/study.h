@@ -77,8 +77,7 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
  * file NULL: the message alone. */
 kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job, const char *file,
                            const char *what);
-/* Finds the keys of a measure; returns how many parts it has: 1 for A, 2 for A / B, 3 for A / B - 1, 0: it is
- * none. */
+/* Finds the keys of a measure; returns its parts: 1 for A, 2 for A / B, 3 for A / B - 1, 0: it is none. */
 int kith_measure_parse(const char *measure, char key[2][128]);
 /* Reads a measure, as kith_measure_parse takes it, from a report. BAD_FILE if it is not there, or null. */
 kith_status kith_report_measure(const char *report, const char *measure, double *value);
@@ -158,12 +157,10 @@ struct kith_study_verb {
   enum kith_exit (*verdict)(const struct kith_study *study);
 };
 
-/* Carries out a study. Exit code: that of `verdict`, or 1 (results cannot be written), or 2 (what is read is
- * wrong). */
+/* Carries out a study. Exit code: of `verdict`, or 1 (results cannot be written), or 2 (wrong input). */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
-/* Writes which values pass with method m: "none", "to 0.6", "all (1000)"; of names, or with gaps, "6 of
- * 8". */
+/* Writes which values pass with method m: "none", "to 0.6", "all (1000)"; names, or with gaps: "6 of 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
 
 /* ---- points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */

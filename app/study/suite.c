@@ -243,8 +243,7 @@ static kith_status set_scene(struct kith_suite *s, const struct kith_study *c, s
   return KITH_OK;
 }
 
-/* Reads what a suite or a sweep has beside lists, and the job that all start from: scene, dimension,
- * settings. */
+/* Reads what a suite or a sweep has beside lists, and the common job: scene, dimension, settings. */
 static kith_status read_common(struct kith_suite *s, const struct kith_param *params,
                                const struct kith_config_node *map, const struct kith_study *c,
                                struct kith_job *job) {

@@ -268,8 +268,8 @@ static kith_status check_rows(const struct validation *v, const char *file) {
   return KITH_OK;
 }
 
-/* Reads the rows of a suite: quick and full are of targets.yaml; other names are files beside it, or
- * paths. */
+/* Reads the rows of a suite: quick and full are of targets.yaml; other names are files beside it, paths
+ * too. */
 static kith_status read_rows(struct validation *v, const char *suite) {
   char path[PATH];
   const bool is_path = strpbrk(suite, "/.") != NULL;

@@ -88,8 +88,7 @@ KITH_EXACT_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_exact);
 
-/* Creates a solution, to be freed by kith_free. BAD_INPUT, with the parameter's name, for settings that are
- * wrong. */
+/* Creates a solution, which kith_free frees. BAD_INPUT, with the parameter's name, for wrong settings. */
 kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, const void *settings);
 /* View of center[NDIM] of a radial solution, else NULL. */
 const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self);

@@ -21,8 +21,7 @@ static inline double kith_exact_ideal_gamma(const struct kith_exact_region *regi
   return region->stiffness == 0 && !region->barotropic ? region->gamma : NAN;
 }
 
-/* derive() of a gas: takes the values of the first region, and the sides of the domain along its periodic
- * axes. */
+/* derive() of a gas: the values of the first region, and the sides of the domain along its periodic axes. */
 static inline void kith_exact_derive_gas(void *settings, const struct kith_exact_scene *scene) {
   struct kith_exact_gas *gas = settings;
   gas->gamma = kith_exact_ideal_gamma(&scene->region[0]);

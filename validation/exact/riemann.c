@@ -77,8 +77,7 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
 }
 
 /* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas.
- * Pressures are P + base, base being the lesser s of both sides; `excess` is what the own s exceeds that
- * by. */
+ * Pressures are P + base, base being the lesser s of both sides; `excess` is the own s beyond base. */
 struct side {
   double gamma, density, velocity, pressure, excess, sound, stiffness, energy;
   bool barotropic;
@@ -107,8 +106,8 @@ static double jump(const struct side *s, double p) {
   return (p - s->pressure) * sqrt(a / (end + b));
 }
 
-/* Speed u + c of the inner edge of a rarefaction down to p, in which u - 2 c / (g - 1) is kept; of a vacuum
- * if p is 0. */
+/* Speed u + c of the inner edge of a rarefaction down to p, where u - 2 c / (g - 1) is kept; p = 0:
+ * vacuum. */
 static double rarefaction_tail(const struct side *s, double p) {
   return s->velocity + s->sound + (s->gamma + 1) / 2 * jump(s, p);
 }
@@ -151,8 +150,7 @@ static void finish_side(struct riemann *problem, int k, double p) {
   }
 }
 
-/* Sets the star of a vacuum: nothing is between the waves, both sides have expanded to `least`, which is 0 or
- * as good as 0. */
+/* Sets the star of a vacuum, to which both sides have expanded: down to `least`, which is as good as 0. */
 static void finish_vacuum(struct riemann *problem, double least) {
   const struct side *side = problem->side;
   struct kith_exact_star *star = &problem->star;

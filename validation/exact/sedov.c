@@ -48,8 +48,7 @@ static const struct kith_param params[] = {
     KITH_EXACT_CENTER,
     {0}};
 
-/* Derives energy and center from the only deposit. A mirror through the center stands for the energy of the
- * image. */
+/* Derives energy and center from the only deposit. A mirror through the center doubles the energy. */
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct settings *s = settings;
   kith_exact_derive_gas(settings, scene);
@@ -72,8 +71,7 @@ static const double least_r = 1e-9;
 
 enum kind { STANDARD, SINGULAR, VACUUM };
 
-/* A row of the table, at this coordinate. [0]: ln w, or z in a vacuum; [1]: ln g; slopes are by the
- * coordinate. */
+/* A row of the table at coordinate `at`. [0]: ln w, or z in a vacuum; [1]: ln g; slopes by the coordinate. */
 struct row {
   double at, value[2], slope[2];
 };

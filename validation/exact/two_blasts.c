@@ -76,8 +76,7 @@ static void slopes(struct flow *f) {
   }
 }
 
-/* The state at the upper (1) or lower (-1) face, half a step later; that of the cell where it would be no
- * gas. */
+/* State at the upper (1) or lower (-1) face half a step later; that of the cell where it would be no gas. */
 static struct gas at_face(const struct cell *c, double dt, double side) {
   const double half = 0.5 * dt / c->mass, c2 = c->impedance * c->impedance;
   const struct gas g = {c->gas.v + 0.5 * side * c->slope.v + half * c->slope.u,
@@ -136,8 +135,7 @@ static kith_status update(struct flow *f, double dt) {
   return KITH_OK;
 }
 
-/* Advances to `time`. DIVERGED if a volume or a pressure is not positive, BAD_INPUT if it takes too many
- * steps. */
+/* Advances to `time`. DIVERGED if a volume or a pressure is not positive, BAD_INPUT after too many steps. */
 static kith_status run(struct flow *f, double time) {
   while (f->time < time) {
     if (++f->steps > MOST_STEPS)

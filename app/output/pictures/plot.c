@@ -92,8 +92,7 @@ static void add_panel(struct picture *f, enum kith_picture_field field, bool err
   f->panel[f->n++] = (struct panel){field, error, map, KITH_NO_RANGE, KITH_NO_RANGE};
 }
 
-/* Does the exact solution vary across x, so that no curve over x shows it? Judged at 200 nodes of each
- * rank. */
+/* Does the exact solution vary across x, so that no curve over x shows it? By 200 nodes of each rank. */
 static bool varies_across(const struct picture *f) {
   const struct kith_plot *p = f->plot;
   const kith_index n = p->nodes.n, asked = KITH_MIN(n, (kith_index)200);
@@ -300,7 +299,7 @@ static kith_status write_means(const struct picture *f, const char *directory) {
   return kith_atomic_file_commit(&file, false);
 }
 
-/* Writes the exact curve; about a center on a ray to a corner: in a periodic box its images are farthest
+/* Writes the exact curve; about a center on a ray to a corner: in a periodic box images are farthest
  * there. */
 static kith_status write_curve(struct picture *f, const char *directory) {
   const struct kith_plot *p = f->plot;

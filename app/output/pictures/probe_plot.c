@@ -34,8 +34,7 @@ static kith_status load(struct picture *f, int64_t sample) {
   return KITH_OK;
 }
 
-/* The place of row `row` of what is loaded. A probe of one point has a row for each sample, all at its
- * place. */
+/* The place of row `row` of what is loaded. A probe of one point has a row a sample, all at its place. */
 static void position_of(const struct picture *f, size_t row, double x[NDIM]) {
   kith_probe_point(f->probe, f->n_edges > 0 ? (int)row : 0, x);
 }
