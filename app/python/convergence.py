@@ -6,7 +6,7 @@ import kith
 
 
 def error_of(directory):
-    """Nodes and error of a run, and the whole report."""
+    """Number of nodes and error of a run, and its whole report."""
     report = kith.Run(directory).report
     error = report["norms"] and report["norms"]["density"]["l1"]
     if error is None:
@@ -19,7 +19,7 @@ def show(directory, *others):
     print(f"{'nodes':>9} {'L1 of density':>14} {'order':>6} {'CPU-s':>8}")
     for k, (nodes, error, report) in enumerate(runs):
         order, (fewer, before, _) = "", runs[max(k - 1, 0)]
-        if fewer < nodes and before > 0 and error > 0:  # else there is none
+        if fewer < nodes and before > 0 and error > 0:  # otherwise there is no order
             order = f"{math.log(before / error) / math.log(nodes / fewer) * report['dimension']:.2f}"
         print(f"{nodes:9d} {error:14.4e} {order:>6} {report['cpu_seconds']:8.2f}")
 

@@ -17,7 +17,7 @@ import sys
 import h5py
 import numpy as np
 
-# What a field is, as powers of length, mass and time; a power of length that is "-d" is minus the dimension.
+# Units of fields, as powers of length, mass and time; in a power of length, d is the dimension.
 _UNITS = {"Coordinates": (1, 0, 0), "Velocities": (1, 0, -1), "Accelerations": (1, 0, -2),
           "Masses": (0, 1, 0), "Density": ("-d", 1, 0), "Pressure": ("2-d", 1, -2),
           "InternalEnergy": (2, 0, -2), "SmoothingLength": (1, 0, 0), "SoundSpeed": (1, 0, -1),
@@ -78,7 +78,7 @@ class Snapshot:
         return self._fields[name]
 
     def unit(self, name):
-        """'length^-3 mass': of a field; '' if it has none, None if it is not known."""
+        """The unit of a field, 'length^-3 mass'; '' if it has none, None if it is not known."""
         powers = _UNITS.get(name, None)
         if powers is None:
             return "" if name in ("ParticleIDs", "MaterialIDs", "NodeFlags") else None
@@ -87,7 +87,7 @@ class Snapshot:
         return " ".join(what if power == 1 else f"{what}^{power}" for what, power in known if power != 0)
 
     def subset(self, chosen):
-        """A mask of the nodes, or their positions. Values are copies."""
+        """Some of the nodes, by a mask or by their positions in the arrays. Values are copies."""
         whole = np.arange(len(Snapshot(self.path)))
         return Snapshot(self.path, whole[self._chosen][chosen])
 
@@ -95,14 +95,15 @@ class Snapshot:
         return self.subset(self["MaterialIDs"] == self.materials.index(name))
 
     def internal(self):
-        """Without frozen nodes and barriers."""
+        """All nodes but frozen ones and barriers."""
         return self.subset(self["NodeFlags"] == INTERNAL)
 
     def volume(self):
         return self["Masses"] / self["Density"]
 
     def distance(self, center=None):
-        """Of the nodes from a point (none: the middle of the box), the nearest way through periodic faces."""
+        """Distances of the nodes from a point (none: the middle of the box), along the nearest way through
+        periodic faces."""
         center = self.box.mean(axis=0) if center is None else np.asarray(center, float)[:self.dimension]
         d, side = self["Coordinates"] - center, self.box[1] - self.box[0]
         d = np.where(self.periodic, d - side * np.rint(d / side), d)
@@ -168,9 +169,9 @@ class Snapshot:
             def _parse_parameter_file(self):
                 super()._parse_parameter_file()
                 self._periodicity = tuple(bool(p) for p in periodic)
-                self._domain_override = False  # with a box of the caller's yt takes nothing for periodic
+                self._domain_override = False  # with a box of the caller's, yt takes no axis for periodic
 
-        output_type_registry.pop("KithDataset")  # yt.load is not to choose it
+        output_type_registry.pop("KithDataset")  # yt.load must not choose it
         units = dict.fromkeys(("UnitLength_in_cm", "UnitMass_in_g", "UnitVelocity_in_cm_per_s",
                                "UnitEnergy_in_cgs"), 1.0)
         return KithDataset(self.path, unit_base=units, bounding_box=box)
@@ -197,7 +198,7 @@ class Run:
     def history(self):
         path = os.path.join(self.directory, "history.csv")
         rows = np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8")
-        return np.atleast_1d(rows)  # a single row has no dimension
+        return np.atleast_1d(rows)  # genfromtxt makes a scalar of a single row
 
     @property
     def report(self):
@@ -206,8 +207,8 @@ class Run:
 
 
 def script(about, work):
-    """Calls work(words of the command line). Ends with 2: without the words that it takes it says what the
-    script is about, and what is wrong with what they name is one line."""
+    """Calls `work` with the words of the command line. Ends with code 2 if these are not the words that it
+    takes, and prints `about`; or if something is wrong with what they name, and prints that in one line."""
     try:
         inspect.signature(work).bind(*sys.argv[1:])
     except TypeError:
