@@ -51,7 +51,7 @@ struct kith_profile_view {
   kith_index n;
   const double *position, *velocity, *mass, *density, *pressure, *energy;
   const int64_t *id;        /* NULL: 0 .. n - 1 */
-  struct kith_ranks *ranks; /* which have the other nodes; NULL: there are none */
+  struct kith_ranks *ranks; /* the ranks that have the other nodes; NULL: there are none */
 };
 
 /* Measures the norms. Collective: all ranks get the same, to the last bit what one process gets, since sums

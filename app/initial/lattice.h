@@ -16,25 +16,25 @@
 #include "app/scene/scene.h"
 #include "physics/kernel.h"
 
-enum { KITH_MAX_SITES = 1000000000 }; /* of one fit, and nodes of a scene */
+enum { KITH_MAX_SITES = 1000000000 }; /* sites of one fit, and nodes of a scene */
 
 struct kith_lattice_fit {
   enum kith_lattice kind;
   struct kith_box box;
   int64_t cells[NDIM];
   const double (*site)[NDIM]; /* in a cell of side 1 */
-  int64_t sites;              /* in all */
+  int64_t sites;              /* number of sites in all cells */
   double site_volume;         /* volume of the box / sites */
 };
 
-/* Cells for a finite box that is not empty, so that a site has about the volume spacing^NDIM.
- * BAD_INPUT beyond KITH_MAX_SITES, or for a lattice that does not exist. */
+/* Fits cells to a finite box that is not empty, so that a site has about the volume spacing^NDIM. BAD_INPUT
+ * beyond KITH_MAX_SITES, or for a lattice that does not exist. */
 kith_status kith_lattice_fit(struct kith_lattice_fit *out, enum kith_lattice kind, const struct kith_box *box,
                              double spacing);
 /* Brings site_volume closer to `volume` by the number of cells along an axis with more than twice the cells
  * of any other, where the others have at least 2. */
 kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume);
-/* Place of site 0 .. sites - 1. */
+/* Finds the place of site 0 .. sites - 1. */
 void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x);
 /* Moves x by up to `largest` along each axis, mirrored at the faces. Depends on seed and id only. */
 void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uint64_t seed, int64_t id,

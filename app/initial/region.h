@@ -9,16 +9,17 @@
 #define KITH_PLACE "(%.10g, %.10g, %.10g)"
 #define KITH_COORDINATES(x) (x)[0], NDIM > 1 ? (x)[1 % NDIM] : 0.0, NDIM > 2 ? (x)[2 % NDIM] : 0.0
 
-/* The region's box cut with the domain. */
+/* Finds the region's box, cut with the domain. */
 kith_status kith_region_box(const struct kith_region *region, const struct kith_box *domain,
                             struct kith_box *box);
 /* Is x in the region? Its extents are half-open, so that regions that touch share no point. */
 kith_status kith_region_holds(const struct kith_region *region, const double *x, bool *holds);
-/* Mean density over the part of `box` in the region: a constant, or the mean of a grid of samples. */
+/* Finds the mean density over the part of `box` in the region: a constant, or the mean of a grid of
+ * samples. */
 kith_status kith_region_mean_density(const struct kith_region *region, const struct kith_box *box,
                                      double *mean);
-/* Moves x by the displacement of the region. *stretch: by what it enlarges a volume there, the determinant of
- * the derivatives of the new place, by differences over `step`. */
+/* Moves x by the displacement of the region. *stretch: the factor by which that enlarges a volume there, the
+ * determinant of the derivatives of the new place, by differences over `step`. */
 kith_status kith_region_displace(const struct kith_region *region, const struct kith_box *domain, double step,
                                  double *x, double *stretch);
 

@@ -26,7 +26,7 @@ kith_status kith_probes_sample(struct kith_probes *probes, bool last);
 /* Makes DIR/probes.h5 what was sampled: samples go to DIR/probes.h5.partial, so that a crash leaves the file
  * as it was published last, and so does a failure. */
 kith_status kith_probes_publish(struct kith_probes *probes);
-/* Publishes what was sampled, if anything was. */
+/* Publishes what was sampled, if anything was, and frees all. */
 kith_status kith_probes_destroy(struct kith_probes **probes);
 
 #endif

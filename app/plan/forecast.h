@@ -14,8 +14,8 @@
  * T is a step of one process, g the part of it that stages take which treat ghosts as nodes, w and n the
  * parts of work and nodes of the rank; calls, and messages and bytes for each neighbor, peer, ghost and
  * cell are what a rehearsal counted; balance: two times the work of all cells at the bandwidth. With fewer
- * cores than ranks the sum of all t_rank over the cores counts, where that is more. The exchange that
- * hides behind computing is not taken off, waiting for a slower neighbor not added. */
+ * cores than ranks the sum of all t_rank over the cores counts, where that is more. Exchange during
+ * computation is not subtracted, waiting for a slower neighbor is not added. */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 
@@ -23,7 +23,7 @@
 
 struct kith_step_cost {
   double seconds;          /* T of the equations above */
-  double ghost_stage_part; /* g */
+  double ghost_stage_part; /* g: the part of T in stages that treat ghosts as nodes */
   double images;           /* ghosts of one process */
   struct kith_rehearsal rehearsal;
   struct kith_machine machine;

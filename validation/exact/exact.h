@@ -16,7 +16,7 @@ struct kith_exact_state {
   double density, velocity[NDIM], pressure, energy;
 };
 
-/* The first member of the settings of all but riemann, slabs and hugoniot, and of what they create. */
+/* A gas: the first member of the settings of all but riemann, slabs and hugoniot, and of what they create. */
 struct kith_exact_gas {
   double gamma, density, pressure, uniform_velocity[NDIM], center[NDIM], period[NDIM];
 };
@@ -90,7 +90,7 @@ KITH_FAMILY_FUNCTIONS(kith_exact);
 
 /* Creates a solution, which kith_free frees. BAD_INPUT, with the parameter's name, for wrong settings. */
 kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, const void *settings);
-/* View of center[NDIM] of a radial solution, else NULL. */
+/* The center[NDIM] of a radial solution, borrowed; NULL for others. */
 const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self);
 
 /* Where x stands: its distance from the center, or the axis of a vortex; center NULL: x[0]. Here and below

@@ -39,7 +39,7 @@ static double turning(double r, double *push) {
 
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct kith_exact_gas *gas = self;
-  double d[3], push; /* from the axis, wherever it is by now */
+  double d[3], push; /* from the axis, which may have been carried along */
   kith_exact_offset(gas, x, time, d);
   const double turn = turning(hypot(d[0], d[1]), &push);
   *out = kith_exact_turning(gas, gas->density, gas->pressure + gas->density * push, d, turn);

@@ -46,7 +46,7 @@ struct cell {
 struct flow {
   double gamma, time;
   int n, steps;       /* cells; steps that were taken */
-  struct cell cell[]; /* [n + 1]: the last one is the upper face of the one before */
+  struct cell cell[]; /* [n + 1]: the last one is only the upper face of the one before */
 };
 
 /* Uniform gas, at rest or moving, from `from` to the next slab's `from`. */

@@ -34,7 +34,7 @@ static kith_status check(const void *settings) {
 
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct yee *y = self;
-  double d[3]; /* from the axis, wherever it is by now */
+  double d[3]; /* from the axis, which may have been carried along */
   kith_exact_offset(&y->gas, x, time, d);
   const double r2 = d[0] * d[0] + d[1] * d[1], turn = y->amplitude / (2 * M_PI) * exp((1 - r2) / 2);
   const double temperature = 1 - coldness(y) * exp(1 - r2);
