@@ -267,7 +267,7 @@ static kith_status fill_node(const struct setup *s, const struct plan *plan, kit
   return KITH_OK;
 }
 
-/* Is each site of its box a node of it, and none that of another region? Then sites need not be tested. */
+/* Is each site of the box a node of this region and of no other? Then sites need not be tested. */
 static bool fills_box(const struct setup *s, const struct plan *plan) {
   bool alone = plan->axis < 0 && plan->region->where.inside == NULL;
   for (int k = 0; k < s->scene->n_regions && alone; ++k) {
@@ -375,7 +375,7 @@ static kith_status append_nodes(const struct setup *s, int64_t total) {
   return KITH_OK;
 }
 
-/* Flags zones, frozen nodes and barriers. These are frozen, and a field: their ghosts are barriers too. */
+/* Flags zones, frozen nodes and barriers. Barriers are frozen; their field makes ghosts barriers too. */
 static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
   static const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"};
   struct kith_field *barrier;

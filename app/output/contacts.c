@@ -14,7 +14,7 @@ struct kith_contacts {
 /* Indices of what is reduced over the nodes. */
 enum { NODES, PAIRS, DISTANCE, APPROACH, REDUCERS };
 
-/* Tallies the neighbors of a node that share a support with it now; lists that last hold more. */
+/* Tallies the neighbors that share a support with the node now; lists that are kept longer hold more. */
 static void tally_contacts(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
   const struct kith_simulation *m = context;
   const double *x = m->nodes->position->f64, *v = m->hydro.velocity->f64, *h = m->nodes->support->f64;

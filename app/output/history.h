@@ -44,7 +44,7 @@
 
 struct kith_history {
   struct kith_csv_log steps; /* on rank 0 */
-  double largest_imbalance;  /* that a check but the first found; 0: none */
+  double largest_imbalance;  /* found by a check after the first; 0: none */
   double started;            /* kith_seconds */
 };
 

@@ -51,7 +51,7 @@ static kith_status set_damaged_aside(const struct kith_output *output) {
   return KITH_OK;
 }
 
-/* Is it a picture or a snapshot of an earlier run? With `restarted`: or one that the run has yet to write. */
+/* Did an earlier run leave this picture or snapshot? Of a restart: is it one that is yet to be written? */
 static bool is_of_earlier_run(const struct kith_output *output, bool restarted, const char *name) {
 #define DATA "@(profile|exact|mean).dat|map_+([0-9]).bin"
   static const char pictures[] = "@(@(plot|growth).@(gp|png|pdf)|probe_*.@(gp|png|pdf|dat|bin)|" DATA ")",
@@ -132,7 +132,7 @@ kith_status kith_output_open(struct kith_output *output, struct kith_simulation 
   return first ? clear(output, restarted) : KITH_OK;
 }
 
-/* jansson goes on without what it gets no memory for: set when that happens. */
+/* Set when jansson gets no memory for something: it goes on without that. */
 static _Thread_local bool json_incomplete;
 
 static void *json_allocate(size_t bytes) {

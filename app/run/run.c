@@ -35,7 +35,7 @@ struct run {
   struct kith_profile *profile;
   struct kith_simulation *simulation;
   void *exact;            /* solution; NULL: the scene has none */
-  struct kith_nodes *gas; /* copy of the gas of this rank that is compared; NULL: all nodes are */
+  struct kith_nodes *gas; /* copy of this rank's nodes that are compared; NULL: all are */
   struct kith_output output;
   struct kith_conservation_baseline baseline;
   struct progress progress;

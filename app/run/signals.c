@@ -118,7 +118,7 @@ static kith_status words_of(int ranks, char *const *own, char **words, int most)
   return KITH_OK;
 }
 
-/* Allows mpirun five open files for each rank: with fewer it neither starts all ranks nor ends. */
+/* Raises the limit of open files to mpirun's need, up to five a rank: else it neither starts all nor ends. */
 static kith_status check_room(int ranks) {
   const int wanted = 50 + 5 * ranks;
   struct rlimit files;

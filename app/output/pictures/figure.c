@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Writes a text in single quotes, where only these characters are special to gnuplot: they are replaced. */
+/* Writes a text in single quotes; replaces the characters that would be special to gnuplot in these. */
 static void put_quoted(FILE *f, const char *text) {
   fputc('\'', f);
   for (const char *s = text; *s != '\0'; ++s) fputc((unsigned char)*s < ' ' ? ' ' : *s == '\'' ? '`' : *s, f);
