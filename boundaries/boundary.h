@@ -63,7 +63,7 @@ struct kith_boundary_ops {
   bool mirrors;        /* an immovable mirror */
   bool wraps;          /* a node that leaves on one side comes back on the other: acts on both sides */
   bool one_side;       /* acts on one side, whose opposite side must be open */
-  bool keeps_lists;    /* enforcing it leaves neighbor lists valid: after steps; else before rebuilds */
+  bool keeps_lists;    /* enforced after steps, as that leaves lists valid; false: before rebuilds */
   bool keeps_ghosts;   /* its ghosts are never culled */
   bool enters, leaves; /* gas passes the face, from or to a zone of nodes behind it (flow.h) */
 };
@@ -169,7 +169,7 @@ bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struc
 const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boundaries);
 /* Moves all faces to their positions at this time. */
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
-/* Enforces the chosen boundaries: mirrors, which keep neighbor lists valid, and the others, which do not. */
+/* Enforces the chosen boundaries: mirrors and pistons, which keep lists valid, and the others. */
 kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
                                     bool mirrors, bool others);
 

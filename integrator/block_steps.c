@@ -49,7 +49,7 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
       {it->hydro->outside_force != NULL,
        SCALAR("outside_opening_power", KITH_OWN_WORK, "the same of the energy"), &b->steps.outside_power},
       {true, SCALAR("rate_last", KITH_KEPT, "du/dt at the last activity"), &b->steps.rate_last},
-      {true, SCALAR("rate_slope", KITH_KEPT, "slope of du/dt since then"), &b->steps.rate_slope},
+      {true, SCALAR("rate_slope", KITH_KEPT, "slope of du/dt before then"), &b->steps.rate_slope},
       {0}};
 #undef SCALAR
 #undef VECTOR

@@ -13,12 +13,12 @@
  *      own limits now allow, is woken sooner: its step is cut short.
  * Where active nodes are few and far from all boundaries, a tick is local: only nodes near active ones are
  * predicted and updated in the search, and there are no ghosts; the state is bitwise the same. All nodes are
- * searched anew when the candidates that are neighbors no longer have cost as much. With several ranks no
- * tick is local. At the end of the base step all nodes are active, so that the state is at one time: there is
- * output, and a run can restart. Nodes are mirrored then, and migrate at the first tick of the next one. A
- * base step is as long as the longest step that a node wants, at most 2^levels of the shortest, a part of
- * what is left until the next output, and shortened if that saves updates, since steps are rounded down. With
- * one level this is leapfrog with a global step.
+ * searched anew once candidates that have ceased to be neighbors have cost as much as a new search. With
+ * several ranks no tick is local. At the end of the base step all nodes are active, so that the state is at
+ * one time: there is output, and a run can restart. Nodes are mirrored then, and migrate at the first tick of
+ * the next one. A base step is as long as the longest step that a node wants, at most 2^levels of the
+ * shortest, a part of what is left until the next output, and shortened if that saves updates, since steps
+ * are rounded down. With one level this is leapfrog with a global step.
  *
  * Individual steps: Saitoh and Makino (2009, ApJ 697, L99), Durier and Dalla Vecchia (2012, MNRAS 419, 465)
  * for what goes wrong without steps 2 (ratio) and 5. */

@@ -28,7 +28,8 @@
  * Collective. */
 kith_status kith_flow_exchange(struct kith_integrator *integrator);
 /* Puts nodes beyond a mirror back, at the end of a step. An external force changes their potential energies
- * by that, which counts as energy from outside, `lifted`; their rates get the force at the new place. */
+ * by that, which counts as energy from outside, `lifted`; their rates get the force at the new place.
+ * DIVERGED where a node is far outside. Not collective: ranks agree on status and `lifted` after the step. */
 kith_status kith_flow_mirror(struct kith_integrator *integrator);
 /* Sets the rates of zones after an evaluation, and sums what the gas gets from all that is no gas.
  * Collective. */

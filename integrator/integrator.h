@@ -98,7 +98,7 @@ struct kith_integrator {
   enum kith_rebuild_reason due; /* why they must be rebuilt at once; none: the policies decide */
   bool fresh;         /* just rebuilt: ghost values are valid while nodes->positions equals `positions` */
   uint64_t positions; /* nodes->positions at the last rebuild */
-  bool holding;       /* inside of a step: no wraps, mirrors, migration; reordering only with block steps */
+  bool holding;       /* inside of a step: no wraps, no migration; reordering only with block steps */
   double ahead;       /* time from now on that lists must cover; 0: now only */
   struct kith_built built; /* fields are NULL if lists neither outlive a step nor are remade within one */
   bool resuming;           /* lists are being rebuilt from `built`, bitwise identical */

@@ -18,7 +18,8 @@
   X(potential, 1, REAL, now->potential, "scene", "energy in external forces")                            \
   X(work, 1, REAL, now->work, "scene", "work of moving walls (hydro.h)")                                 \
   X(through_mass, 1, REAL, now->through.mass, "scene", "what came through faces, less what left")        \
-  X(through_energy, 1, REAL, now->through.energy, "scene", "so, and by all that is no gas (hydro.h)")    \
+  X(through_energy, 1, REAL, now->through.energy, "scene",                                               \
+    "so, by all that is no gas, and by mirrors (hydro.h)")                                               \
   X(total, 1, REAL, now->kinetic + now->internal + now->potential - now->work - now->through.energy,     \
     "scene", "what is conserved")                                                                        \
   X(mass, 1, REAL, now->mass, "scene", "of the gas")                                                     \

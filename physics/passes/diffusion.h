@@ -5,7 +5,7 @@
  * where grad_i W = g x_ij and V = m / rho (Brookshaw 1985, Proc. Astron. Soc. Aust. 6, 207). Its sum is div
  * (k grad A) to second order in H on an even distribution of nodes, but for the error of the sum over V_j
  * r_ij^2 F_ij, which should be -d. The constant f makes it so on an ideal lattice (kith_kernel_flow);
- * without it 6, 4 and 2 % less would flow in 1-D, 2-D and 3-D with the default neighbors of sph. The harmonic
+ * without it 7, 4 and 2 % less would flow in 1-D, 2-D and 3-D with the default neighbors of sph. The harmonic
  * mean keeps the flow continuous where k jumps (Cleary and Monaghan 1999, JCoPh 148, 227, section 4).
  * Exchanging i and j changes the sign and nothing else.
  *
