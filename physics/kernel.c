@@ -71,7 +71,7 @@ double kith_kernel_self_weight(enum kith_kernel k, double neighbors) {
   return (neighbors / (kith_ball() * kith_kernel_constant(k)) - others) / w;
 }
 
-double kith_kernel_flow(enum kith_kernel k, double neighbors) {
+double kith_kernel_gradient_sum(enum kith_kernel k, double neighbors) {
   double ignored, sum;
   lattice_sums(k, kith_root_dim(neighbors / kith_ball()), &ignored, &sum);
   return kith_kernel_constant(k) * kith_ball() / (neighbors * NDIM) * sum;

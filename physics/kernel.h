@@ -68,7 +68,7 @@ enum kith_kernel kith_kernel_unpaired(double neighbors);
 double kith_kernel_self_weight(enum kith_kernel k, double neighbors);
 /* Returns -(1 / d) sum_j V x_ij . grad_i W over this lattice, which is 1 for an integral: the fraction of a
  * diffusive flow that gradients of the kernel give (physics/passes/diffusion.h). */
-double kith_kernel_flow(enum kith_kernel k, double neighbors);
+double kith_kernel_gradient_sum(enum kith_kernel k, double neighbors);
 
 static inline double kith_cube_(double a) {
   return a * a * a;

@@ -4,7 +4,7 @@
  *     [4 k_i k_j / (k_i + k_j)] V_i V_j F_ij (A_i - A_j),   F_ij = (g_ij(H_i) + g_ij(H_j)) / (2 f) <= 0 (1)
  * where grad_i W = g x_ij and V = m / rho (Brookshaw 1985, Proc. Astron. Soc. Aust. 6, 207). Its sum is div
  * (k grad A) to second order in H on an even distribution of nodes, but for the error of the sum over V_j
- * r_ij^2 F_ij, which should be -d. The constant f makes it so on an ideal lattice (kith_kernel_flow);
+ * r_ij^2 F_ij, which should be -d. The constant f makes it so on an ideal lattice (kith_kernel_gradient_sum);
  * without it 7, 4 and 2 % less would flow in 1-D, 2-D and 3-D with the default neighbors of sph. The harmonic
  * mean keeps the flow continuous where k jumps (Cleary and Monaghan 1999, JCoPh 148, 227, section 4).
  * Exchanging i and j changes the sign and nothing else.
@@ -53,7 +53,7 @@ KITH_INLINE double kith_diffusion_pair(enum kith_kernel kernel, double constant,
 /* Stores the constant of the pairs, which is the private state of the package. */
 static inline kith_status kith_diffusion_create(struct kith_package *package) {
   *(double *)package->self =
-      kith_kernel_constant(package->kernel) / kith_kernel_flow(package->kernel, package->neighbors);
+      kith_kernel_constant(package->kernel) / kith_kernel_gradient_sum(package->kernel, package->neighbors);
   return KITH_OK;
 }
 

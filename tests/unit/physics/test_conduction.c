@@ -10,7 +10,7 @@ static double heat_of(const struct world *w, const struct truth *t, int i, const
   const double *u = w->hydro.energy->f64, *m = w->hydro.mass->f64;
   const uint8_t *list = w->nodes->list->u8;
   double sum = 0;
-  const double flow = kith_kernel_flow(w->package.kernel, w->package.neighbors);
+  const double flow = kith_kernel_gradient_sum(w->package.kernel, w->package.neighbors);
   for (size_t e = t->partners.first[i]; e < t->partners.first[i + 1]; ++e) {
     const struct partner *p = &t->partners.partner[e];
     const int j = p->node;

@@ -72,7 +72,7 @@ static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *or
     CHECK_CLOSE(sum * oracle->constant / pow(support, NDIM), 1, 1e-12);
     const double wider = oracle_lattice_others(oracle, support * (1 + 1e-4)),
                  narrower = oracle_lattice_others(oracle, support * (1 - 1e-4));
-    CHECK_CLOSE(kith_kernel_flow(k, neighbors),
+    CHECK_CLOSE(kith_kernel_gradient_sum(k, neighbors),
                 (wider - narrower) / 2e-4 * oracle->constant / (NDIM * pow(support, NDIM)), 1e-5);
     /* What is solved for is the density of the node alone, W(0) = C / H^d of it: a few per cent of it, most
      * with few neighbors. */

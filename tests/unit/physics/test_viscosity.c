@@ -10,7 +10,7 @@ static const double round_off = 1e-11;
 static void add_drag(const struct world *w, struct truth *t, int i, const double *mu) {
   const double *v = w->hydro.velocity->f64, *m = w->hydro.mass->f64;
   const uint8_t *list = w->nodes->list->u8;
-  const double flow = kith_kernel_flow(w->package.kernel, w->package.neighbors);
+  const double flow = kith_kernel_gradient_sum(w->package.kernel, w->package.neighbors);
   for (size_t e = t->partners.first[i]; e < t->partners.first[i + 1]; ++e) {
     const struct partner *p = &t->partners.partner[e];
     const int j = p->node;
