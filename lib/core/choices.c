@@ -20,12 +20,6 @@ static bool next(const char **choices, const char **word, int *length) {
   return *length > 0;
 }
 
-char *kith_trimmed(char *word) {
-  while (isspace((unsigned char)*word)) ++word;
-  for (size_t n = strlen(word); n > 0 && isspace((unsigned char)word[n - 1]);) word[--n] = '\0';
-  return word;
-}
-
 bool kith_name_is(const char *name, const char *text, size_t length) {
   for (size_t k = 0; k < length; ++k)
     if (name[k] == '\0' || shown(name[k]) != shown(text[k])) return false;

@@ -19,8 +19,6 @@ int kith_choices_index(const char *choices, const char *word);
 /* The choice with the fewest letters changed, left out, added or swapped with their neighbor (optimal string
  * alignment), if these are at most a third of the letters. false: none is near. */
 bool kith_choices_suggest(const char *choices, const char *word, char *out, size_t size);
-/* The word without the blanks around it; those behind it are overwritten. View. */
-char *kith_trimmed(char *word);
 /* "a, b, c" */
 void kith_choices_format(const char *choices, char *out, size_t size);
 

@@ -106,25 +106,32 @@ static kith_status parse_choice(const struct kith_param *param, const char *text
   return KITH_OK;
 }
 
-static kith_status find_member(kith_family *family, const char *name) {
+static kith_status find_member(kith_family *family, const char *name, int *member) {
   char choices[LONGEST];
-  int index;
   kith_family_choices(family, choices, sizeof choices);
-  return find_choice(choices, name, &index);
+  return find_choice(choices, name, member);
+}
+
+/* The name in "NAME: KEY=VALUE ...", without the blanks around it. Returns what follows the colon. */
+static char *split_name(char *text, char **name) {
+  char *colon = strchr(text, ':');
+  *name = text + strspn(text, " ");
+  if (colon != NULL) *colon = '\0';
+  for (size_t n = strlen(*name); n > 0 && (*name)[n - 1] == ' ';) (*name)[--n] = '\0';
+  return colon != NULL ? colon + 1 : NULL;
 }
 
 /* "displacement | entity-change", "padded:width=64". */
 static kith_status find_members(kith_family *family, const char *text) {
-  char name[LONGEST];
+  char part[LONGEST], *name;
+  int member;
   for (const char *p = text;; ++p) {
-    p += strspn(p, " ");
-    int length = (int)strcspn(p, "|:");
-    const char *end = p + strcspn(p, "|");
-    while (length > 0 && p[length - 1] == ' ') --length;
-    snprintf(name, sizeof name, "%.*s", length, p);
-    KITH_TRY(find_member(family, name));
-    if (*end == '\0') return KITH_OK;
-    p = end;
+    const size_t length = strcspn(p, "|");
+    snprintf(part, sizeof part, "%.*s", (int)length, p);
+    split_name(part, &name);
+    KITH_TRY(find_member(family, name, &member));
+    p += length;
+    if (*p == '\0') return KITH_OK;
   }
 }
 
@@ -133,7 +140,7 @@ static kith_status parse_name(const struct kith_param *param, const char *text, 
                                                  ? sizeof((struct kith_selected *)into)->name - 1
                                                  : param->size - 1;
   int index;
-  if (param->kind == KITH_PARAM_MEMBER) KITH_TRY(find_member(param->family, text));
+  if (param->kind == KITH_PARAM_MEMBER) KITH_TRY(find_member(param->family, text, &index));
   if (param->kind == KITH_PARAM_NAME && param->family != NULL) KITH_TRY(find_members(param->family, text));
   if (param->allowed[0] != '\0') KITH_TRY(find_choice(param->allowed, text, &index));
   if (length == 0) KITH_FAIL(BAD_INPUT, "an empty name");
@@ -288,16 +295,32 @@ static kith_status assign(const struct kith_member *member, char *assignment, vo
 
 kith_status kith_settings_create(void **out, struct kith_member member, const char *assignments) {
   char text[4 * LONGEST];
+  kith_status status = KITH_OK;
   *out = NULL;
-  if (member.params == NULL) return KITH_OK;
-  KITH_TRY(kith_resize(out, 0, 1, member.settings_size));
-  kith_status status = kith_params_defaults(member.params, *out);
+  if (member.params != NULL) {
+    KITH_TRY(kith_resize(out, 0, 1, member.settings_size));
+    status = kith_params_defaults(member.params, *out);
+  }
   snprintf(text, sizeof text, "%s", assignments != NULL ? assignments : "");
   for (char *rest = text, *word; status == KITH_OK && (word = strtok_r(rest, " ", &rest)) != NULL;)
     status = assign(&member, word, *out);
   if (status == KITH_OK) return KITH_OK;
   kith_params_clear(member.params, *out);
   kith_free(out);
+  return status;
+}
+
+kith_status kith_family_choose(kith_family *family, const char *what, const char *text, size_t length,
+                               int *member, void **settings) {
+  char part[4 * LONGEST], *name;
+  *settings = NULL;
+  snprintf(part, sizeof part, "%.*s", (int)length, text);
+  const char *assignments = split_name(part, &name);
+  if (find_member(family, name, member) != KITH_OK) KITH_FAIL(BAD_INPUT, "%s: %s", what, kith_failure());
+  const struct kith_member chosen = family(*member);
+  KITH_TRY(kith_settings_create(settings, chosen, assignments));
+  const kith_status status = kith_params_check(chosen.params, chosen.name, *settings);
+  if (status != KITH_OK) kith_free(settings);
   return status;
 }
 

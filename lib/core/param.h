@@ -124,6 +124,10 @@ void kith_params_clear(const struct kith_param *params, void *base);
 /* Settings of a member in kith_resize memory, owned by the caller: defaults, and over these "key=value" pairs
  * parted by blanks (NULL: none). *out is NULL for a member without parameters. */
 kith_status kith_settings_create(void **out, struct kith_member member, const char *assignments);
+/* The number in its family of the member that the first `length` letters of a text choose, and its settings:
+ * "NAME", or "NAME: KEY=VALUE KEY=VALUE". BAD_INPUT "WHAT: ..." if there is none of that name. */
+kith_status kith_family_choose(kith_family *family, const char *what, const char *text, size_t length,
+                               int *member, void **settings);
 /* "name:key=value key=value": all single values of a member, or its name if it has none. */
 void kith_settings_format(struct kith_member member, const void *settings, char *text, size_t size);
 

@@ -64,7 +64,7 @@ method.viscosity.name=limitd|did you mean 'limited'?
 method.energy=thermic|--set method.energy
 scheme.name=leapfrogg|did you mean 'leapfrog'?
 neighbor.search=three|did you mean 'tree'?
-connectivity.rebuild=always:x=1|--set connectivity.rebuild: always has no parameter x=1
+connectivity.rebuild=always:x=1|--set connectivity.rebuild: always has no parameter x
 connectivity.exclude=materials|--set connectivity.exclude: materials: of is missing: materials:of=...
 connectivity.exclude=connected|--set connectivity.exclude: connected: field is missing
 connectivity.rebuild=displacement, always|--set connectivity.rebuild
@@ -183,7 +183,7 @@ done <<'END'
 padded:foo=1|padded has no parameter foo
 padded:width=-1|padded: width: -1 is out of range [0, inf)
 padded:width|padded: width: write it as key=value
-csr:width=1|storage csr has no settings, not 'width=1'
+csr:width=1|csr has no parameter width
 csr, padded|'csr, padded' is not one of csr, padded, half, compressed
 half|half keeps half of the neighbors of a node
 END

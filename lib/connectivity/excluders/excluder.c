@@ -1,7 +1,6 @@
 /* The family of excluders, and chains of them. */
 #include "lib/connectivity/excluders/excluder.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include "lib/core/family.h"
 
@@ -48,27 +47,25 @@ kith_status kith_excluder_keeps_pairs(const struct kith_excluder *chain) {
   return KITH_OK;
 }
 
-static kith_status add(struct kith_excluders *out, char *word) {
+static kith_status add(struct kith_excluders *out, const char *text, size_t length) {
   const int most = (int)(sizeof out->excluder / sizeof out->excluder[0]);
-  char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
-  const struct kith_excluder_ops *ops = kith_excluder_find(name);
-#define X(name) " " #name
-  if (ops == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no excluder; there are:" KITH_EXCLUDER_LIST(X), name);
-#undef X
+  struct kith_excluder *e = &out->excluder[out->n];
+  int member;
   if (out->n == most) KITH_FAIL(BAD_INPUT, "more than %d excluders", most);
-  struct kith_excluder *e = &out->excluder[out->n++];
-  e->ops = ops;
-  return kith_settings_create(&e->settings, KITH_MEMBER(ops), options);
+  KITH_TRY(kith_family_choose(kith_excluder_member, "excluder", text, length, &member, &e->settings));
+  e->ops = kith_excluder_all()[member];
+  if (out->n++ > 0) e[-1].next = e;
+  return KITH_OK;
 }
 
 kith_status kith_excluders_create(struct kith_excluders *out, const char *words) {
+  kith_status status = KITH_OK;
   *out = (struct kith_excluders){0};
-  if (words[0] == '\0') return KITH_OK;
-  char *copy = strdup(words), *rest = copy;
-  kith_status status = copy != NULL ? KITH_OK : kith_fail(KITH_NO_MEMORY, "no memory for names of excluders");
-  while (rest != NULL && status == KITH_OK) status = add(out, strsep(&rest, "|"));
-  free(copy);
-  for (int k = 1; k < out->n; ++k) out->excluder[k - 1].next = &out->excluder[k];
+  for (bool last = words[0] == '\0'; !last && status == KITH_OK; words += strcspn(words, "|") + 1) {
+    const size_t length = strcspn(words, "|");
+    last = words[length] == '\0';
+    status = add(out, words, length);
+  }
   if (status != KITH_OK) kith_excluders_clear(out);
   return status;
 }

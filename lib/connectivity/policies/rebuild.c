@@ -1,7 +1,6 @@
 /* The family of rebuild policies, and the OR of several. */
 #include "lib/connectivity/policies/rebuild.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include "lib/core/family.h"
 
@@ -16,35 +15,32 @@ const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason) {
   return names[reason];
 }
 
-static kith_status add_policy(struct kith_rebuilds *out, char *word) {
-  char *options = word, *name = kith_trimmed(strsep(&options, ":")); /* NULL without a colon */
-  const struct kith_rebuild_ops *ops = kith_rebuild_find(name);
-  int k = 0;
-#define X(name) " " #name
-  if (ops == NULL) KITH_FAIL(BAD_INPUT, "'%s' is no rebuild policy; there are:" KITH_REBUILD_LIST(X), name);
-#undef X
-  if (options != NULL && ops->params == NULL)
-    KITH_FAIL(BAD_INPUT, "%s has no parameter %s", ops->name, kith_trimmed(options));
-  for (int p = 0; p < out->n; ++p)
-    if (out->policy[p].ops == ops && options != NULL)
-      KITH_FAIL(BAD_INPUT, "rebuild policy %s is there twice", ops->name);
-    else if (out->policy[p].ops == ops)
-      return KITH_OK;
-  while (kith_rebuild_all()[k] != ops) ++k;
-  struct kith_rebuild *policy = &out->policy[out->n++];
-  *policy = (struct kith_rebuild){.ops = ops, .reason = KITH_REBUILD_REASONS - KITH_REBUILD_POLICIES + k};
-  KITH_TRY(kith_settings_create(&policy->settings, KITH_MEMBER(ops), options));
-  return kith_params_check(ops->params, ops->name, policy->settings);
+static kith_status add_policy(struct kith_rebuilds *out, const char *text, size_t length) {
+  void *settings;
+  int k;
+  KITH_TRY(kith_family_choose(kith_rebuild_member, "rebuild policy", text, length, &k, &settings));
+  const struct kith_rebuild_ops *ops = kith_rebuild_all()[k];
+  for (const struct kith_rebuild *p = out->policy; p < out->policy + out->n; ++p) {
+    if (p->ops != ops) continue;
+    const bool same = settings == NULL || memcmp(p->settings, settings, ops->settings_size) == 0;
+    kith_free(&settings);
+    if (same) return KITH_OK;
+    KITH_FAIL(BAD_INPUT, "rebuild policy %s is there twice, with different settings", ops->name);
+  }
+  out->policy[out->n++] = (struct kith_rebuild){
+      .ops = ops, .settings = settings, .reason = KITH_REBUILD_REASONS - KITH_REBUILD_POLICIES + k};
+  return KITH_OK;
 }
 
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period) {
-  char *copy = strdup(words), *rest = copy;
+  kith_status status = KITH_OK;
   *out = (struct kith_rebuilds){0};
   for (int a = 0; a < NDIM; ++a) out->cover.period[a] = period != NULL ? period[a] : 0;
-  kith_status status =
-      copy != NULL ? KITH_OK : kith_fail(KITH_NO_MEMORY, "no memory for the names of rebuild policies");
-  while (rest != NULL && status == KITH_OK) status = add_policy(out, strsep(&rest, "|"));
-  free(copy);
+  for (bool last = false; !last && status == KITH_OK; words += strcspn(words, "|") + 1) {
+    const size_t length = strcspn(words, "|");
+    last = words[length] == '\0';
+    status = add_policy(out, words, length);
+  }
   if (status != KITH_OK)
     kith_rebuilds_clear(out);
   else
@@ -55,7 +51,6 @@ kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, c
 void kith_rebuilds_clear(struct kith_rebuilds *rebuilds) {
   for (struct kith_rebuild *policy = rebuilds->policy; policy < rebuilds->policy + rebuilds->n; ++policy) {
     if (policy->self != NULL) policy->ops->destroy(policy);
-    if (policy->settings != NULL) kith_params_clear(policy->ops->params, policy->settings);
     kith_free(&policy->settings);
   }
   kith_cover_clear(&rebuilds->cover);

@@ -15,17 +15,11 @@ const struct kith_storage_ops *kith_storage_of(const char *words) {
 }
 
 kith_status kith_stored_create(struct kith_stored *out, const char *words) {
-  const int length = (int)strcspn(words, ":");
-  const char *settings = words[length] == ':' ? words + length + 1 : NULL;
-  const struct kith_storage_ops *ops = kith_storage_of(words);
-  *out = (struct kith_stored){.ops = ops};
-#define X(name) " " #name
-  if (ops == NULL)
-    KITH_FAIL(BAD_INPUT, "'%.*s' is no storage; there are:" KITH_STORAGE_LIST(X), length, words);
-#undef X
-  if (settings != NULL && ops->params == NULL)
-    KITH_FAIL(BAD_INPUT, "storage %s has no settings, not '%s'", ops->name, settings);
-  return kith_settings_create(&out->settings, KITH_MEMBER(ops), settings);
+  int member;
+  *out = (struct kith_stored){0};
+  KITH_TRY(kith_family_choose(kith_storage_member, "storage", words, strlen(words), &member, &out->settings));
+  out->ops = kith_storage_all()[member];
+  return KITH_OK;
 }
 
 kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node) {

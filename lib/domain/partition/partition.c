@@ -1,50 +1,35 @@
 /* Selecting a partitioner, weights and updates. */
 #include "lib/domain/partition/partition.h"
 
-#include <stdio.h>
 #include <string.h>
 
-#include "lib/core/choices.h"
 #include "lib/core/family.h"
 
 #define X(name) &kith_partitioner_##name,
 KITH_FAMILY(kith_partitioner, KITH_PARTITIONER_LIST(X))
 #undef X
 
-/* ---- names ---- */
-
-static kith_status find_member(const char *text, const struct kith_partitioner_ops **found) {
-  char name[32], all[256];
-  snprintf(name, sizeof name, "%.*s", (int)strcspn(text, ":"), text);
-  *found = kith_partitioner_find(name);
-  kith_choices_format(KITH_PARTITIONER_LIST(KITH_AS_CHOICE), all, sizeof all);
-  if (*found == NULL) KITH_FAIL(BAD_INPUT, "unknown partitioner '%s': %s", name, all);
-  if ((*found)->needs != NULL)
-    KITH_FAIL(UNSUPPORTED, "partitioner '%s': this kith was built without %s", name, (*found)->needs);
-  return KITH_OK;
-}
-
 /* ---- life ---- */
 
 static kith_status start(struct kith_partition *partition, const char *text) {
-  const struct kith_partitioner_ops *ops = partition->ops;
+  int member;
+  KITH_TRY(kith_family_choose(kith_partitioner_member, "partitioner", text, strlen(text), &member,
+                              &partition->settings));
+  const struct kith_partitioner_ops *ops = partition->ops = kith_partitioner_all()[member];
+  if (ops->needs != NULL)
+    KITH_FAIL(UNSUPPORTED, "partitioner '%s': this kith was built without %s", ops->name, ops->needs);
   KITH_TRY(kith_resize(&partition->owner, 0, (size_t)partition->cells->n, sizeof *partition->owner));
   if (ops->state_size > 0) KITH_TRY(kith_resize(&partition->self, 0, 1, ops->state_size));
-  const char *colon = strchr(text, ':');
-  KITH_TRY(kith_settings_create(&partition->settings, KITH_MEMBER(ops), colon != NULL ? colon + 1 : NULL));
-  if (colon != NULL && ops->params == NULL) KITH_FAIL(BAD_INPUT, "%s has no parameters", ops->name);
   return ops->first != NULL ? ops->first(partition, partition->owner)
                             : ops->update(partition, NULL, partition->owner);
 }
 
 kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
                                   const char *text) {
-  const struct kith_partitioner_ops *ops = NULL;
-  KITH_TRY(find_member(text, &ops));
   if (n_ranks < 1) KITH_FAIL(BAD_INPUT, "a partition for %d ranks", n_ranks);
   struct kith_partition *made = NULL;
   KITH_TRY(kith_resize(&made, 0, 1, sizeof *made));
-  *made = (struct kith_partition){.ops = ops, .cells = cells, .n_ranks = n_ranks, .generation = 1};
+  *made = (struct kith_partition){.cells = cells, .n_ranks = n_ranks, .generation = 1};
   const kith_status status = start(made, text);
   if (status == KITH_OK)
     *out = made;

@@ -224,8 +224,8 @@ static void check_refusals(void) {
   REFUSES("a number and field", spec.cutoff = KITH_CUTOFF_number, spec.number = 1);
   REFUSES("cutoff -1 is not above 0", spec.cutoff = KITH_CUTOFF_number, spec.radius = NULL, spec.number = -1);
   REFUSES("no storage is given", spec.storage = NULL);
-  REFUSES("'heap' is no storage", spec.storage = "heap");
-  REFUSES("storage csr has no settings", spec.storage = "csr:width=3");
+  REFUSES("storage: 'heap' is not one of csr", spec.storage = "heap");
+  REFUSES("csr has no parameter width", spec.storage = "csr:width=3");
   REFUSES("storage compressed needs sorted rows", spec.storage = "compressed", spec.unsorted = true);
   REFUSES("storage half needs targets that are the sources", spec.storage = "half",
           spec.sources = ((struct kith_selection){.nodes = other, .search = elsewhere}));
@@ -233,7 +233,7 @@ static void check_refusals(void) {
   REFUSES("would leave a quarter", spec.storage = "half", spec.cutoff = KITH_CUTOFF_boxes,
           spec.excluders = &once);
   REFUSES("no rebuild policy is given", spec.rebuild = NULL);
-  REFUSES("'daily' is no rebuild policy", spec.rebuild = "daily");
+  REFUSES("rebuild policy: 'daily' is not one of always", spec.rebuild = "daily");
   REFUSES("follows one set of nodes", spec.rebuild = "displacement",
           spec.sources = ((struct kith_selection){.nodes = other, .search = elsewhere}));
   /* What only shows when it is built. */

@@ -44,7 +44,7 @@ static void with_settings(const struct kith_nodes *nodes) {
                                        {"planted:most=1", "planted has no parameter most"},
                                        {"planted:limit", "write it as key=value"},
                                        {"planted|planted:limit=1", "planted is there twice"},
-                                       {"never:limit=1", "never has no parameter limit=1"}};
+                                       {"never:limit=1", "never has no parameter limit"}};
   for (size_t k = 0; k < sizeof good / sizeof good[0]; ++k) {
     struct kith_rebuilds r;
     enum kith_rebuild_reason reason;

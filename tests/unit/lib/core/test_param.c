@@ -103,6 +103,9 @@ static void wrong(void) {
   refused("name=abcdefgh", "plain: name: 'abcdefgh' is longer than 7 letters");
   refused("nothing=1", "plain has no parameter nothing");
   refused("one", "plain: one: write it as key=value");
+  void *none;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_settings_create(&none, family(1), "one=1"));
+  CHECK(none == NULL && strcmp(kith_failure(), "no_settings has no parameter one") == 0);
 }
 
 static void members(void) {
@@ -112,7 +115,7 @@ static void members(void) {
   void *none;
   CHECK(kith_family_member(family, "no-settings").doc == family(1).doc);
   CHECK(kith_family_member(family, "plai").name == NULL);
-  CHECK_OK(kith_settings_create(&none, family(1), "ignored=1"));
+  CHECK_OK(kith_settings_create(&none, family(1), " "));
   CHECK(none == NULL);
   CHECK_OK(kith_param_parse(&chooser, "no-settings", &selected));
   CHECK(strcmp(selected.name, "no-settings") == 0);
