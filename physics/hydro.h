@@ -101,7 +101,7 @@ struct kith_totals {
   double mass, kinetic, internal, momentum[NDIM];
   double potential; /* of the external force */
   /* Velocity of the moving wall times the momentum that did not come through faces: up to a constant the work
-   * that it has done. Kinetic + internal + potential - work - through.energy is conserved. */
+   * that it has done. */
   double work;
   struct kith_through through;
   double angular[3]; /* sum m (x - center) x v; components that a dimension lacks are 0 */
@@ -110,6 +110,10 @@ struct kith_totals {
   double momentum_scale, angular_scale;
   double velocity_over_sound; /* largest |v| / c of a node; infinite if a node without sound moves */
 };
+/* The energy that is conserved. */
+static inline double kith_totals_energy(const struct kith_totals *t) {
+  return t->kinetic + t->internal + t->potential - t->work - t->through.energy;
+}
 struct kith_totals kith_hydro_totals(const struct kith_hydro *hydro);
 /* kith_hydro_totals in three parts, for callers that tell other ranks more in the same message: sums of this
  * rank's nodes; list of what ranks agree on (at most KITH_HYDRO_PARTS parts; returns their number); totals

@@ -20,8 +20,7 @@
   X(through_mass, 1, REAL, now->through.mass, "scene", "what came through faces, less what left")        \
   X(through_energy, 1, REAL, now->through.energy, "scene",                                               \
     "so, by all that is no gas, and by mirrors (hydro.h)")                                               \
-  X(total, 1, REAL, now->kinetic + now->internal + now->potential - now->work - now->through.energy,     \
-    "scene", "what is conserved")                                                                        \
+  X(total, 1, REAL, kith_totals_energy(now), "scene", "energy that is conserved")                        \
   X(mass, 1, REAL, now->mass, "scene", "of the gas")                                                     \
   X(momentum_x, 1, REAL, now->momentum[0], "scene", "")                                                  \
   X(momentum_y, 2, REAL, component(now->momentum, 1), "scene", "")                                       \

@@ -495,17 +495,13 @@ static double scale(double now, double then) {
   return fmax(fmax(now, then), 1e-300);
 }
 
-/* The energy that is conserved (hydro.h). */
-static double energy_of(const struct kith_totals *t) {
-  return t->kinetic + t->internal + t->potential - t->work - t->through.energy;
-}
-
 void kith_conservation_baseline_update(struct kith_conservation_baseline *baseline,
                                        const struct kith_simulation *simulation,
                                        const struct kith_totals *now) {
   const struct kith_totals *then = &baseline->totals;
-  const double e0 = energy_of(then), e = fmax(fmax(fabs(e0), fabs(now->work - then->work)), now->kinetic);
-  const double energy = fabs(energy_of(now) - e0) / (e > 0 ? e : 1);
+  const double e0 = kith_totals_energy(then),
+               e = fmax(fmax(fabs(e0), fabs(now->work - then->work)), now->kinetic);
+  const double energy = fabs(kith_totals_energy(now) - e0) / (e > 0 ? e : 1);
   double momentum = 0, angular2 = 0;
   for (int a = 0; a < NDIM; ++a)
     if (is_free(simulation, a) && simulation->hydro.external_force.mass == 0)
