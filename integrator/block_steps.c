@@ -15,6 +15,7 @@ static const double first_step_factor = 0.1; /* no signal has reached the neighb
 
 kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_block_settings settings) {
   KITH_TRY(kith_nodes_mark_activity(it->nodes));
+  it->search->fresh_cells = true;
   KITH_TRY(kith_resize(&it->self, 0, 1, sizeof(struct kith_blocks)));
   struct kith_blocks *b = it->self;
   b->settings = settings;

@@ -79,14 +79,37 @@ void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, cons
   for (size_t k = 0; k < n; ++k) to->f64[k] = from->f64[k];
 }
 
+void kith_field_copy_awake(const struct kith_nodes *nodes, struct kith_field *to,
+                           const struct kith_field *from) {
+  double *restrict y = to->f64;
+  const double *restrict x = from->f64;
+  const size_t n = (size_t)to->components;
+#pragma omp parallel for schedule(static)
+  for (kith_index begin = 0; begin < nodes->n_internal; begin += KITH_STRETCH) {
+    const size_t end = (size_t)kith_stretch_end(nodes, begin, nodes->n_internal) * n;
+#pragma omp simd
+    for (size_t k = (size_t)begin * n; k < end; ++k) y[k] = x[k];
+  }
+}
+
+/* y += dt x, a rate: 0 for idle nodes. */
+static void add_rate(const struct kith_nodes *nodes, struct kith_field *to, double dt,
+                     const struct kith_field *rate) {
+  double *restrict y = to->f64;
+  const double *restrict x = rate->f64;
+  const size_t n = (size_t)to->components;
+#pragma omp parallel for schedule(static)
+  for (kith_index begin = 0; begin < nodes->n_internal; begin += KITH_STRETCH) {
+    const size_t end = (size_t)kith_stretch_end(nodes, begin, nodes->n_internal) * n;
+#pragma omp simd
+    for (size_t k = (size_t)begin * n; k < end; ++k) y[k] += dt * x[k];
+  }
+}
+
 /* v += dt A, u += dt rate. */
 static void kick_by_rates(struct kith_integrator *it, double dt) {
-  double *restrict u = it->hydro->energy->f64, *restrict v = it->hydro->velocity->f64;
-  const double *restrict rate = it->hydro->energy_rate->f64, *restrict a = it->hydro->acceleration->f64;
-#pragma omp parallel for simd schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) u[i] += dt * rate[i];
-#pragma omp parallel for simd schedule(static)
-  for (size_t k = 0; k < (size_t)it->nodes->n_internal * NDIM; ++k) v[k] += dt * a[k];
+  add_rate(it->nodes, it->hydro->energy, dt, it->hydro->energy_rate);
+  add_rate(it->nodes, it->hydro->velocity, dt, it->hydro->acceleration);
 }
 
 void kith_predict(struct kith_integrator *it, double dt, double later) {
@@ -95,10 +118,14 @@ void kith_predict(struct kith_integrator *it, double dt, double later) {
   double *restrict u = it->hydro->energy->f64, *restrict last = it->energy_rate_last->f64;
   const double *restrict rate = it->hydro->energy_rate->f64;
   const double more = it->dt > 0 ? dt * later / it->dt : 0;
-#pragma omp parallel for simd schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-    u[i] += more * (rate[i] - last[i]);
-    last[i] = rate[i];
+#pragma omp parallel for schedule(static)
+  for (kith_index begin = 0; begin < it->nodes->n_internal; begin += KITH_STRETCH) {
+    const kith_index end = kith_stretch_end(it->nodes, begin, it->nodes->n_internal);
+#pragma omp simd
+    for (kith_index i = begin; i < end; ++i) {
+      u[i] += more * (rate[i] - last[i]);
+      last[i] = rate[i];
+    }
   }
 }
 
@@ -113,16 +140,21 @@ void kith_kick(struct kith_integrator *it, double dt) {
   const double *restrict correction = package->energy_correction->f64, *restrict a =
                                                                            package->pair_acceleration->f64;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    u[i] += dt * (correction[i] - late * kith_dot(a + (size_t)i * NDIM, a + (size_t)i * NDIM));
+  for (kith_index begin = 0; begin < it->nodes->n_internal; begin += KITH_STRETCH) {
+    const kith_index end = kith_stretch_end(it->nodes, begin, it->nodes->n_internal);
+    for (kith_index i = begin; i < end; ++i)
+      u[i] += dt * (correction[i] - late * kith_dot(a + (size_t)i * NDIM, a + (size_t)i * NDIM));
+  }
 }
 
 void kith_drift_supports(struct kith_integrator *it, double dt) {
   double *restrict h = it->nodes->support->f64;
   const double *restrict velocity_divergence = it->package->velocity_divergence->f64;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    h[i] *= exp(fmax(-0.2, fmin(0.2, dt * velocity_divergence[i] / NDIM)));
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    const double growth = dt * velocity_divergence[i] / NDIM;
+    if (growth != 0) h[i] *= exp(KITH_MAX(KITH_MIN(growth, 0.2), -0.2)); /* 0 for idle nodes */
+  }
   it->nodes->positions += 1;
   it->clock += dt;
 }

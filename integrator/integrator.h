@@ -140,6 +140,9 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 
 /* Copies a field of internal nodes. */
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
+/* The same, but values of idle nodes need not be copied: for fields that are equal there. */
+void kith_field_copy_awake(const struct kith_nodes *nodes, struct kith_field *to,
+                           const struct kith_field *from);
 /* Kicks: v += dt A, u by (1) of package.h, kick.time += dt. */
 void kith_kick(struct kith_integrator *integrator, double dt);
 /* Predicts the state that packages evaluate, v += dt A, u += dt rate; the scheme takes it back afterwards.

@@ -149,6 +149,7 @@ static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
 kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "start");
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
+  kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
   it->kick.time = it->kick.evaluation_dt = 0;
   if (it->nodes->activity != NULL)
     memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);

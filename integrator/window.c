@@ -58,6 +58,8 @@ void kith_window_begin(struct kith_integrator *it) {
     stop(package->pair_acceleration, i);
     stop(package->energy_correction, i);
     stop(package->velocity_divergence, i);
+    for (int a = 0; a < NDIM; ++a) /* -0 becomes 0 here, as it would by a kick */
+      it->hydro->velocity->f64[(size_t)i * NDIM + (size_t)a] += 0;
   }
 }
 

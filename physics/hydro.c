@@ -109,8 +109,12 @@ static kith_status check(const struct kith_hydro *hydro,
   const struct kith_nodes *nodes = hydro->nodes;
   kith_index first = nodes->n_internal;
 #pragma omp parallel for schedule(static) reduction(min : first)
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    if (wrong(hydro, i) != NULL) first = KITH_MIN(first, i);
+  for (kith_index begin = 0; begin < nodes->n_internal; begin += KITH_STRETCH) {
+    const kith_index end =
+        kith_stretch_end(nodes, begin, nodes->n_internal); /* idle ones have been checked */
+    for (kith_index i = begin; i < end; ++i)
+      if (wrong(hydro, i) != NULL) first = KITH_MIN(first, i);
+  }
   if (first == nodes->n_internal) return KITH_OK;
   const double *x = nodes->position->f64 + (size_t)first * NDIM;
   KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)",
@@ -179,6 +183,12 @@ static inline double node_terms(const struct kith_hydro *hydro, kith_index i, do
   return v2 > 0 ? sqrt(v2) / hydro->sound_speed->f64[i] : 0;
 }
 
+/* Is the sum 0 in this dimension, or without an external force? */
+static inline bool is_zero(int sum, bool forced) {
+  return (sum == POTENTIAL && !forced) || (sum >= ANGULAR && sum < ANGULAR + TURN) ||
+         (sum == ANGULAR_SCALE && TURN == 3);
+}
+
 /* Adds the gas of a chunk to the sums; returns its largest |v| / c. */
 static double add_chunk(const struct kith_hydro *hydro, kith_index begin, kith_index end, bool forced,
                         struct kith_sum *sums) {
@@ -193,7 +203,7 @@ static double add_chunk(const struct kith_hydro *hydro, kith_index begin, kith_i
     ++n;
   }
   for (int k = 0; k < SUMS; ++k)
-    if (k != POTENTIAL || forced) kith_sum_add_all(&sums[k], term[k], n);
+    if (!is_zero(k, forced)) kith_sum_add_all(&sums[k], term[k], n);
   return fastest;
 }
 

@@ -49,8 +49,8 @@ static kith_status predict(struct kith_integrator *it, double dt) {
     kith_kick(it, 0.5 * dt);
     status = kith_flow_exchange(it);
     it->kick.lead = 0.5 * dt;
-    kith_field_copy(it->nodes, base, hydro->velocity);
-    kith_field_copy(it->nodes, it->energy_base, hydro->energy);
+    kith_field_copy_awake(it->nodes, base, hydro->velocity);
+    kith_field_copy_awake(it->nodes, it->energy_base, hydro->energy);
     kith_drift(it, base, dt);
     kith_predict(it, 0.5 * dt, 0.75 * dt);
   }
@@ -64,8 +64,8 @@ static kith_status advance(struct kith_integrator *it, double *step) {
   if (blocks(it->settings)) return kith_block_steps_advance(it);
   KITH_TRY(kith_integrator_evaluate(it));
   kith_profile_begin(it->profile, "kick");
-  kith_field_copy(it->nodes, hydro->velocity, it->kick.velocity_base);
-  kith_field_copy(it->nodes, hydro->energy, it->energy_base);
+  kith_field_copy_awake(it->nodes, hydro->velocity, it->kick.velocity_base);
+  kith_field_copy_awake(it->nodes, hydro->energy, it->energy_base);
   it->kick.time = 0;
   kith_kick(it, 0.5 * dt);
   kith_profile_end(it->profile);

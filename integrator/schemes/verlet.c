@@ -9,8 +9,8 @@ static kith_status predict(struct kith_integrator *it, double dt) {
   struct kith_field *base = it->kick.velocity_base;
   KITH_TRY(kith_flow_exchange(it));
   it->kick.lead = 0.5 * dt;
-  kith_field_copy(it->nodes, base, hydro->velocity);
-  kith_field_copy(it->nodes, it->energy_base, hydro->energy);
+  kith_field_copy_awake(it->nodes, base, hydro->velocity);
+  kith_field_copy_awake(it->nodes, it->energy_base, hydro->energy);
   kith_drift(it, base, 0.5 * dt);
   kith_predict(it, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
   return KITH_OK;
@@ -20,8 +20,8 @@ static kith_status advance(struct kith_integrator *it, double *step) {
   const double dt = *step;
   struct kith_hydro *hydro = it->hydro;
   KITH_TRY(kith_integrator_evaluate(it));
-  kith_field_copy(it->nodes, hydro->velocity, it->kick.velocity_base);
-  kith_field_copy(it->nodes, hydro->energy, it->energy_base);
+  kith_field_copy_awake(it->nodes, hydro->velocity, it->kick.velocity_base);
+  kith_field_copy_awake(it->nodes, hydro->energy, it->energy_base);
   it->kick.time = 0;
   kith_kick(it, dt);
   kith_drift(it, hydro->velocity, 0.5 * dt);

@@ -13,8 +13,7 @@
  *
  * Internal nodes are one part, all ghosts another. Each part is a tree of its own. While nodes along the
  * curve keep their numbers, some updates keep their leaves and octets, too, and make boxes anew: from step to
- * step nodes move little, and a tree is right wherever they are. Not where only some nodes are active: block
- * steps count candidates to see when to search anew, and a restart must do the same.
+ * step nodes move little, and a tree is right wherever they are. Not if the caller wants fresh cells.
  * update O(n); update_selected O(selected log n) and a look at each leaf; coarse O(log n + found). */
 #include "lib/core/sfc_key.h"
 #include "lib/core/keyed.h"
@@ -304,7 +303,7 @@ static kith_status add_internal(struct kith_search *search) {
   kept->updates = 0;
   tree->n_parts = 0, tree->n_octets = tree->n_leaves = 0;
   KITH_TRY(add_part(search, 0, search->n_internal));
-  if (tree->n_parts == 1 && !tree->sorted && search->nodes->activity == NULL)
+  if (tree->n_parts == 1 && !tree->sorted && !search->fresh_cells)
     *kept = (struct kept){KEPT, order, tree->n_octets, tree->n_leaves, tree->part[0]};
   return KITH_OK;
 }
