@@ -23,14 +23,15 @@ static const char *const details[KITH_N_VERBS] = {
     [KITH_VERB_run] =
         "Writes to DIR: snapshot_NNNN.hdf (ParaView, yt), snapshots.hdf.series, history.csv (a row for each "
         "step), report.json (errors, costs, counts), pictures, and a checkpoint every 15 minutes. INT, TERM, "
-        "HUP, USR1 and USR2 stop it after the present step with a checkpoint; a run that reaches its end "
-        "leaves one with output.checkpoint_at_end=true only.\n"
+        "HUP, USR1 and USR2 stop it after the present step with a checkpoint. After the last step there is "
+        "one only with output.checkpoint_at_end=true.\n"
         "  kith run inputs/sod.yaml --set method.package=crk --set resolution=400\n"
         "  kith run inputs/sedov.yaml --ranks 2 --threads 1 --profile --trace sedov.json\n"
         "  kith run inputs/sedov.yaml -o out/sedov --restart out/sedov/checkpoint.kith --until 0.1",
     [KITH_VERB_plan] =
-        "Shows requirements and who has them, memory, time step, cost by a calibration run with fewer nodes, "
-        "and settings that save time. With --ranks N: work, ghosts and peers of each partitioner.\n"
+        "Prints which structures are required by whom, memory, time step, the cost by a calibration run with "
+        "fewer nodes, and settings that save time. With --ranks N: work, ghosts and neighbor ranks of each "
+        "partitioner.\n"
         "  kith plan inputs/sedov.yaml --set resolution=100\n"
         "  kith plan inputs/sedov.yaml --ranks 4096",
     [KITH_VERB_bench] =
@@ -41,14 +42,14 @@ static const char *const details[KITH_N_VERBS] = {
         "  kith list boundary  one family\n"
         "  kith list scene     every key of a scene: default, meaning, range",
     [KITH_VERB_validate] =
-        "Writes a line for each row, and validation.csv with norms and the reason of each bound. Without an "
-        "argument: quick. A row is a scene, settings, a measure and a bound; rows of your own: a file.\n"
+        "A suite is a list of rows; a row is a scene, settings, a measure and a bound. Prints a line for "
+        "each row, and writes validation.csv with norms and the reason of each bound. Default: suite quick.\n"
         "  kith validate full\n"
         "  kith validate readme      the figures that README and manual print\n"
-        "  kith validate my-rows.yaml -o out/mine",
+        "  kith validate my-rows.yaml -o out/mine      rows of your own",
     [KITH_VERB_chart] =
-        "Runs methods at several resolutions; writes chart.md, chart.png, points.csv. It continues "
-        "where it was interrupted.\n"
+        "Runs methods at several resolutions; writes chart.md, chart.png, points.csv. An interrupted chart "
+        "continues when it is called again.\n"
         "  kith chart sod-1d\n"
         "  kith chart my-suite.yaml --set method.neighbors=50",
     [KITH_VERB_stress] =

@@ -11,16 +11,17 @@
 
 /* Verbs: name, argument (in brackets if it may be left out), doc. Three lists, by what carries verbs out: the
  * program of the scene's dimension, the program kith, which starts those, the script ./kith. */
-#define KITH_SCENE_VERBS(X)                                                                        \
-  X(run, "SCENE", "run a scene and compare it with its exact solution")                            \
-  X(plan, "SCENE", "what a scene will build and why, memory, time step, cost; nothing is written") \
-  X(bench, "", "time and bytes of each stage, beside plain loops and the bandwidth of memory")     \
-  X(list, "[FAMILY]", "what a scene can choose from; 'list scene': every key of a scene")
-#define KITH_STUDY_VERBS(X)                                                         \
-  X(validate, "[SUITE|FILE]",                                                       \
-    "run scenes and judge their errors by tolerances; 'validate list': the suites") \
-  X(chart, "SUITE", "error against cost of many methods; 'chart list': the suites") \
-  X(stress, "[SWEEP|FILE]", "where methods stop working, one parameter at a time; 'stress list': the sweeps")
+#define KITH_SCENE_VERBS(X)                                                                            \
+  X(run, "SCENE", "run a scene and compare it with its exact solution")                                \
+  X(plan, "SCENE",                                                                                     \
+    "predict what a scene builds and why, its memory, time step and cost; nothing is written")         \
+  X(bench, "", "measure time and bytes of each stage, beside plain loops and the bandwidth of memory") \
+  X(list, "[FAMILY]", "show what a scene can choose from; 'list scene': every key of a scene")
+#define KITH_STUDY_VERBS(X)                                                            \
+  X(validate, "[SUITE|FILE]",                                                          \
+    "run scenes and compare their errors with bounds; 'validate list': the suites")    \
+  X(chart, "SUITE", "compare methods by error against cost; 'chart list': the suites") \
+  X(stress, "[SWEEP|FILE]", "find where methods stop working, by one parameter; 'stress list': the sweeps")
 #define KITH_LAUNCHER_VERBS(X)       \
   X(build, "", "build the programs") \
   X(test, "[quick]",                 \
@@ -60,31 +61,31 @@ struct kith_options {
 
 /* Options: name, letter (0: none), argument (0: none), kind (SETTING: "key=value", may be repeated), least
  * and greatest value, member of struct kith_options, verbs that take it (~0u: all), doc. */
-#define KITH_OPTION_LIST(X)                                                                                  \
-  X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),       \
-    "use VALUE for KEY of the scene (dotted: method.kernel=cubic; KEY?=VALUE: if it means anything), often") \
-  X(output, 'o', "DIR", TEXT, 0, 0, directory, F(run) | F(validate) | F(chart) | F(stress),                  \
-    "write results to DIR (default: below out)")                                                             \
-  X(ranks, 0, "N", COUNT, 1, KITH_MAX_RANKS, ranks, F(run) | F(plan),                                        \
-    "processes, started by mpirun (default: 1, or those of mpirun -n N kith run); plan: of a run on N")      \
-  X(threads, 0, "N", COUNT, 1, KITH_MAX_THREADS, threads,                                                    \
-    F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                      \
-    "threads of a process (default: cores shared among ranks, one for each 2,000 nodes; in studies 1)")      \
-  X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                              \
-  X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                         \
-  X(walltime, 0, "MINUTES", NUMBER, 0.001, 1e9, walltime, F(run),                                            \
-    "stop with a checkpoint before this time has passed, by two steps")                                      \
-  X(watchdog, 0, "SECONDS", NUMBER, 0.01, 1e9, watchdog, F(run),                                             \
-    "a rank that waits longer than this for others says where, and waits on")                                \
-  X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                           \
-  X(overwrite, 0, 0, FLAG, 0, 0, overwrite, F(run),                                                          \
-    "start anew in a directory that has the checkpoint of an earlier run")                                   \
-  X(check, 0, 0, FLAG, 0, 0, check, F(run), "verify all structures after every rebuild")                     \
-  X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks")   \
-  X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                             \
-    "write trace events of all ranks for Perfetto or a browser's tracing page")                              \
-  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(chart) | F(stress), "no progress, only the results")        \
-  X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help: that of a verb")                      \
+#define KITH_OPTION_LIST(X)                                                                                \
+  X(set, 0, "KEY=VALUE", SETTING, 0, 0, overrides, F(run) | F(plan) | F(bench) | F(chart) | F(stress),     \
+    "use VALUE for KEY of the scene: method.kernel=cubic (repeatable); KEY?=VALUE: if it has a meaning")   \
+  X(output, 'o', "DIR", TEXT, 0, 0, directory, F(run) | F(validate) | F(chart) | F(stress),                \
+    "write results to DIR (default: below out)")                                                           \
+  X(ranks, 0, "N", COUNT, 1, KITH_MAX_RANKS, ranks, F(run) | F(plan),                                      \
+    "processes, started by mpirun (default: 1, or those of a mpirun around kith); plan: those to predict") \
+  X(threads, 0, "N", COUNT, 1, KITH_MAX_THREADS, threads,                                                  \
+    F(run) | F(plan) | F(bench) | F(chart) | F(stress),                                                    \
+    "threads of each process (default: its part of the cores, one for 2,000 nodes; chart, stress: 1)")     \
+  X(until, 0, "T", NUMBER, 0, 1e300, until, F(run) | F(plan), "stop at time T")                            \
+  X(steps, 0, "N", COUNT, 0, INT_MAX, steps, F(run) | F(bench), "stop after step N")                       \
+  X(walltime, 0, "MINUTES", NUMBER, 0.001, 1e9, walltime, F(run),                                          \
+    "stop with a checkpoint two steps before this time has passed")                                        \
+  X(watchdog, 0, "SECONDS", NUMBER, 0.01, 1e9, watchdog, F(run),                                           \
+    "a rank that waits longer than this for others prints where, and goes on waiting")                     \
+  X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                         \
+  X(overwrite, 0, 0, FLAG, 0, 0, overwrite, F(run),                                                        \
+    "start anew in a directory with the checkpoint of an earlier run, and replace its results")            \
+  X(check, 0, 0, FLAG, 0, 0, check, F(run), "verify all structures after every rebuild")                   \
+  X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks") \
+  X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                           \
+    "write trace events of all ranks for Perfetto or a browser's tracing page")                            \
+  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(chart) | F(stress), "print results only, no progress")    \
+  X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help: that of a verb")                    \
   X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, compiler and flags")
 
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };

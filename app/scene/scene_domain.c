@@ -7,10 +7,11 @@
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
 const struct kith_param kith_domain_params[] = {
-    {"lower", KITH_PARAM_VECTOR, NULL, "", "corner", IN(domain.lower)},
-    {"upper", KITH_PARAM_VECTOR, NULL, "", "opposite corner", IN(domain.upper)},
+    {"lower", KITH_PARAM_VECTOR, NULL, "", "lower corner", IN(domain.lower)},
+    {"upper", KITH_PARAM_VECTOR, NULL, "", "upper corner", IN(domain.upper)},
     {"across", KITH_PARAM_INTEGER, "", "[1, inf)",
-     "upper on all axes but x: this many spacings of the densest region above lower", IN(across)},
+     "for tubes: width on all axes but x, in spacings of the densest region, instead of that by upper",
+     IN(across)},
     {0}};
 #undef IN
 

@@ -7,19 +7,19 @@
 
 #define IN(member) KITH_INTO(struct kith_picture, member)
 static const struct kith_param plane_params[] = {
-    {"x", KITH_PARAM_NUMBER, "", "", "across x, here", IN(plane[0])},
-    {"y", KITH_PARAM_NUMBER, "", "", "across y, here", IN(plane[1])},
-    {"z", KITH_PARAM_NUMBER, "", "", "across z, here", IN(plane[2])},
+    {"x", KITH_PARAM_NUMBER, "", "", "the plane is across x, at this x", IN(plane[0])},
+    {"y", KITH_PARAM_NUMBER, "", "", "the plane is across y, at this y", IN(plane[1])},
+    {"z", KITH_PARAM_NUMBER, "", "", "the plane is across z, at this z", IN(plane[2])},
     {0}};
 const struct kith_param kith_picture_params[] = {
     {"kind", KITH_PARAM_CHOICE, "auto", KITH_PICTURE_KINDS(KITH_AS_LISTED_CHOICE),
-     "auto: curves with the exact solution, maps without one, both about a center", IN(kind)},
+     "auto: curves beside an exact solution, maps without one, both about a center", IN(kind)},
     {"field", KITH_PARAM_OTHER, "", KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE),
-     "one or a list of up to 8; with -error behind it the difference from the exact solution",
-     .params = NULL},
-    {"plane", KITH_PARAM_MAP, "", "", "of a slice, or the line of sight of a map; none: z, in the middle",
+     "one or a list of up to 8; FIELD-error: its difference from the exact solution", .params = NULL},
+    {"plane", KITH_PARAM_MAP, "", "", "plane of a slice, or line of sight of a map; none: z, in the middle",
      KITH_BELOW(plane_params, MAP)},
-    {"range", KITH_PARAM_INTERVAL, "", "", "of the colors of the first map; none: of its values", IN(range)},
+    {"range", KITH_PARAM_INTERVAL, "", "", "range of the colors of the first map; none: that of its values",
+     IN(range)},
     {"frames", KITH_PARAM_BOOL, "false", "", "frame_NNNN.png of each snapshot: a movie", IN(frames)},
     {0}};
 

@@ -5,27 +5,28 @@
 
 #define IN(member) KITH_INTO(struct kith_probe, member)
 const struct kith_param kith_probe_params[] = {
-    {"name", KITH_PARAM_NAME, NULL, "", "of its group in probes.h5", IN(name)},
+    {"name", KITH_PARAM_NAME, NULL, "", "name of its group in probes.h5", IN(name)},
     {"at", KITH_PARAM_VECTOR, NULL, "", "the point, or where a line, a plane or a grid begins", IN(at)},
     {"along", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "edge of a line, from its beginning to its end",
      IN(edge[0])},
     {"across", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "second edge, of a plane", IN(edge[1])},
     {"up", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "third edge, of a grid", IN(edge[2])},
     {"spacing", KITH_PARAM_NUMBER, "0", "[0, inf)",
-     "of the points along the edges, about: both ends are points; 0: 1 / resolution", IN(spacing)},
+     "spacing of the points along the edges, rounded so that both ends are points; 0: 1 / resolution",
+     IN(spacing)},
     {"every", KITH_PARAM_INTEGER, "1", "[1, inf)", "steps between samples; the first and last state, too",
      IN(every)},
     {"gradients", KITH_PARAM_BOOL, "false", "", "gradients of the fields as well", IN(gradients)},
     {"plot", KITH_PARAM_OTHER, "", KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE),
-     "fields of probe_NAME.png, one or a list, with -error behind it the difference from the exact solution; "
+     "fields of probe_NAME.png, one or a list; FIELD-error: its difference from the exact solution; "
      "true or none: the first four; false: no picture",
      .params = NULL},
     {0}};
 #undef IN
 
 const struct kith_param kith_contact_params[] = {
-    {"of", KITH_PARAM_OTHER, NULL, "", "a material: its nodes are asked", .params = NULL},
-    {"with", KITH_PARAM_OTHER, NULL, "", "another one, what they meet", .params = NULL},
+    {"of", KITH_PARAM_OTHER, NULL, "", "a material, whose nodes are counted", .params = NULL},
+    {"with", KITH_PARAM_OTHER, NULL, "", "another material, which they meet", .params = NULL},
     {0}};
 
 static kith_status read_plot(const struct kith_scene *scene, struct kith_probe *probe) {

@@ -27,34 +27,35 @@ static const struct kith_param where_params[] = {
     {0}};
 const struct kith_param kith_region_params[] = {
     {"material", KITH_PARAM_OTHER, NULL, "", "one of materials", .params = NULL},
-    {"where", KITH_PARAM_MAP, "", "", "all that is given, together; none: the whole domain",
+    {"where", KITH_PARAM_MAP, "", "",
+     "where the region is: inside of all that is given; none: the whole domain",
      KITH_BELOW(where_params, MAP)},
     {"lattice", KITH_PARAM_CHOICE, DEFAULT_LATTICE, KITH_LATTICE_LIST(KITH_AS_LISTED_CHOICE),
      "arrangement of the nodes; not fcc in 2-D", IN(lattice)},
     {"jitter", KITH_PARAM_NUMBER, "0", "[0, 0.5]", "largest random displacement along an axis, in spacings",
      IN(jitter)},
-    {"seed", KITH_PARAM_INTEGER, "0", "[0, inf)", "of the jitter", IN(seed), .needs = "jitter!=0"},
+    {"seed", KITH_PARAM_INTEGER, "0", "[0, inf)", "seed of the jitter", IN(seed), .needs = "jitter!=0"},
     {"density", KITH_PARAM_EXPRESSION, NULL, "", "number or formula in x, y, z, r; above 0", IN(density)},
     {"pressure", KITH_PARAM_EXPRESSION, "", "", "number or formula; this or energy", IN(pressure)},
     {"energy", KITH_PARAM_EXPRESSION, "", "", "per unit mass, number or formula; this or pressure",
      IN(energy)},
     {"velocity", KITH_PARAM_EXPRESSIONS, "[0, 0, 0]", "", "numbers or formulas", IN(velocity)},
     {"displacement", KITH_PARAM_EXPRESSIONS, "", "",
-     "numbers or formulas: from its lattice site to the place of a node, whose volume is stretched as the "
-     "lattice is",
+     "numbers or formulas: how far a node is moved from its lattice site; its volume is stretched like the "
+     "lattice",
      IN(displacement)},
-    {"spacing", KITH_PARAM_NUMBER, "0", "[0, inf)", "of the nodes; 0: from resolution and arrangement",
-     IN(spacing)},
+    {"spacing", KITH_PARAM_NUMBER, "0", "[0, inf)",
+     "spacing of the nodes; 0: from resolution and arrangement", IN(spacing)},
     {"frozen", KITH_PARAM_BOOL, "false", "", "its nodes never move", IN(frozen)},
     {"barrier", KITH_PARAM_BOOL, "false", "",
      "its nodes never move and are a wall: they reflect, and cut the pairs that cross them", IN(barrier)},
     {"porosity", KITH_PARAM_NUMBER, "", "[0, 1]",
-     "part of heat and momentum that the layer passes; none: 0 of a barrier, else 1", IN(porosity)},
+     "part of heat and momentum that passes through; none: 0 for a barrier, else 1", IN(porosity)},
     {"damage", KITH_PARAM_EXPRESSION, "", "",
      "number or formula, 0 to 1: the part of heat and momentum that does not pass", IN(damage)},
     {"equilibrium", KITH_PARAM_BOOL, "false", "",
-     "the pressure is what the method will see: the energy follows from it with the density that the method "
-     "finds, not with this one",
+     "energies are such that the pressure is as given with the density that the method computes, not with "
+     "the one given here",
      IN(equilibrium)},
     {0}};
 #undef IN
@@ -155,13 +156,15 @@ kith_status kith_scene_regions(struct kith_scene *scene, const struct kith_confi
 
 #define IN(member) KITH_INTO(struct kith_deposit, member)
 const struct kith_param kith_deposit_params[] = {
-    {"energy", KITH_PARAM_NUMBER, NULL, "[0, inf)", "in the whole domain", IN(energy)},
-    {"center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "of the blast", IN(center)},
+    {"energy", KITH_PARAM_NUMBER, NULL, "[0, inf)", "total in the whole domain", IN(energy)},
+    {"center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "center of the blast", IN(center)},
     {"over", KITH_PARAM_CHOICE, "point", "point|ball|kernel",
-     "the nearest nodes, those in a ball, or weighted by a cubic spline", IN(shape)},
-    {"radius", KITH_PARAM_NUMBER, "0", "[0, inf)", "of the ball, or of the spline's support", IN(radius)},
+     "what gets it: the nearest nodes, those in a ball, or all within a cubic spline, weighted by it",
+     IN(shape)},
+    {"radius", KITH_PARAM_NUMBER, "0", "[0, inf)", "radius of the ball, or of the spline's support",
+     IN(radius)},
     {"spacings", KITH_PARAM_NUMBER, "0", "[0, inf)",
-     "instead: radius of the ball, or half of the support, in node spacings", IN(spacings)},
+     "instead of radius, in node spacings: radius of the ball, or half of that of the support", IN(spacings)},
     {0}};
 #undef IN
 

@@ -18,8 +18,8 @@ struct implicit_settings {
   struct kith_tolerances tolerances;
 };
 static const struct kith_param params[] = {
-    {"method", KITH_PARAM_CHOICE, "crank-nicolson", "crank-nicolson|backward-euler", "theta = 1/2 or 1",
-     KITH_INTO(struct implicit_settings, backward_euler)},
+    {"method", KITH_PARAM_CHOICE, "crank-nicolson", "crank-nicolson|backward-euler",
+     "theta method, theta = 1/2 or 1", KITH_INTO(struct implicit_settings, backward_euler)},
     KITH_TOLERANCE_PARAMS(struct implicit_settings),
     {0}};
 

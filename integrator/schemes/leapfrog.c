@@ -12,15 +12,16 @@ struct leapfrog_settings {
 };
 static const struct kith_param params[] = {
     {"steps", KITH_PARAM_CHOICE, "global", "global|block",
-     "one step for all nodes; or each node its own, a power of two of the base step",
+     "one step for all nodes, or block time steps: each node its own, the base step over a power of two",
      KITH_INTO(struct leapfrog_settings, block)},
-    {"levels", KITH_PARAM_INTEGER, "10", "[0, 10]", "the base step is at most 2^levels of the shortest step",
-     KITH_INTO(struct leapfrog_settings, levels), .needs = "steps=block"},
+    {"levels", KITH_PARAM_INTEGER, "10", "[0, 10]",
+     "the base step is at most 2^levels times the shortest step", KITH_INTO(struct leapfrog_settings, levels),
+     .needs = "steps=block"},
     {"ratio", KITH_PARAM_CHOICE, "4", "2|4|none",
-     "of the steps of neighbors, at most; none: to see what that is for",
+     "largest ratio of the steps of neighbors; none: no limit, to see what it is for",
      KITH_INTO(struct leapfrog_settings, ratio), .needs = "steps=block"},
     {"random_steps", KITH_PARAM_INTEGER, "0", "[0, inf)",
-     "not 0: a seed of random steps and wake-ups, for tests of conservation",
+     "not 0: seed of random steps and wake-ups, for tests of conservation",
      KITH_INTO(struct leapfrog_settings, seed), .needs = "steps=block"},
     {0}};
 

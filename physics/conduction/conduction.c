@@ -11,9 +11,9 @@ struct conduction_settings {
 };
 static const struct kith_param params[] = {
     {"conductivity", KITH_PARAM_SIDES, NULL, "[0, inf)",
-     "k; one number, or [of the first material, of all others]",
+     "conductivity k; one number, or [of the first material, of all others]",
      KITH_INTO(struct conduction_settings, conductivity)},
-    {"specific_heat", KITH_PARAM_SIDES, "1", "(0, inf)", "c_v of T = u / c_v; likewise",
+    {"specific_heat", KITH_PARAM_SIDES, "1", "(0, inf)", "c_v in T = u / c_v; one number or two, as k",
      KITH_INTO(struct conduction_settings, specific_heat)},
     {0}};
 

@@ -20,8 +20,8 @@ struct mie_grueneisen {
 static const struct kith_param params[] = {
     {"density", KITH_PARAM_NUMBER, "1", "(0, inf)", "rho0", IN(density)},
     {"sound_speed", KITH_PARAM_NUMBER, "1", "(0, inf)", "c0, at rho0", IN(sound_speed)},
-    {"slope", KITH_PARAM_NUMBER, "1.5", "[1, inf)", "s, of the speed of shocks over that of what they push",
-     IN(slope)},
+    {"slope", KITH_PARAM_NUMBER, "1.5", "[1, inf)",
+     "s in shock speed = c0 + s times the speed of the material behind it", IN(slope)},
     {"gamma", KITH_PARAM_NUMBER, "2", "(0, inf)", "Grueneisen's Gamma0, at rho0", IN(gamma)},
     {0}};
 #undef IN

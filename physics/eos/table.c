@@ -20,7 +20,7 @@ struct table {
   double number[]; /* density[rows], energy[columns], pressure[rows][columns], its slope along the energy */
 };
 static const struct kith_param params[] = {
-    {"file", KITH_PARAM_NAME, NULL, "", "the table; from the folder of the scene",
+    {"file", KITH_PARAM_NAME, NULL, "", "file of the table; relative to the folder of the scene",
      KITH_INTO(struct table, file)},
     {0}};
 

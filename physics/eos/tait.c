@@ -11,7 +11,7 @@ struct tait {
 static const struct kith_param params[] = {
     {"density", KITH_PARAM_NUMBER, "1", "(0, inf)", "rho0", IN(density)},
     {"sound_speed", KITH_PARAM_NUMBER, "1", "(0, inf)", "c0, at rho0", IN(sound_speed)},
-    {"exponent", KITH_PARAM_NUMBER, "7", "[1, inf)", "n, by which the bulk modulus grows with the pressure",
+    {"exponent", KITH_PARAM_NUMBER, "7", "[1, inf)", "n: the bulk modulus grows by n times the pressure",
      IN(exponent)},
     {"pressure", KITH_PARAM_NUMBER, "0", "", "P0, at rho0", IN(pressure)},
     {0}};

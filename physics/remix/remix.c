@@ -39,7 +39,7 @@ static const struct kith_param params[] = {
      "heat that evens out what reconstruction leaves of pressure differences; 1: that of Roe's solver",
      KITH_INTO(struct remix_settings, pressure_dissipation)},
     {"relaxation", KITH_PARAM_NUMBER, "1", "[0, inf)",
-     "how fast volumes are drawn to those of even nodes; 1: in a sound crossing",
+     "how fast volumes relax to those of the number density; 1: within a sound crossing of h",
      KITH_INTO(struct remix_settings, relaxation)},
     {0}};
 

@@ -2,7 +2,8 @@
 """manual.py ROOT BIN [--write | --pictures]: README and manual say what the programs in BIN say.
 
   blocks     what stands between `<!-- begin COMMAND -->` and `<!-- end -->` is what the command prints, or,
-             for `figures PREFIX...`, the rows of inputs/validation that have such names and a figure
+             for `figures PREFIX...`, the rows of inputs/validation that have such names and a figure; with
+             `begin COMMAND until LINE` the output ends before that line
   links      to files and headings of this tree lead somewhere
   commands   in fenced blocks and tables are parsed, and set up with few nodes; so are scenes
   packaging  files of app/packaging parse, and have the version and the packages of this tree
@@ -90,13 +91,17 @@ def figures(prefixes):
 
 
 def wanted(command):
+    command, _, last = command.partition(" until ")
     words = shlex.split(command)
     if words[0] == "figures":
         return figures(words[1:])
     done = run([os.path.join(BIN, words[0]), *words[1:]], ROOT)
     if done.returncode != 0:
         breach(f"{command}: ended with {done.returncode}: {done.stderr.strip()}")
-    return ["```", *done.stdout.rstrip("\n").split("\n"), "```"]
+    lines = done.stdout.rstrip("\n").split("\n")
+    if last and last in lines:
+        lines = "\n".join(lines[:lines.index(last)]).rstrip().split("\n")
+    return ["```", *lines, "```"]
 
 
 def check_blocks(path, text, write):

@@ -13,9 +13,10 @@ struct hugoniot {
 #define IN(member) KITH_INTO(struct hugoniot, member)
 static const struct kith_param params[] = {
     {"density", KITH_PARAM_NUMBER, NULL, "(0, inf)", "of the solid", IN(density)},
-    {"sound_speed", KITH_PARAM_NUMBER, NULL, "(0, inf)", "c0", IN(sound_speed)},
-    {"slope", KITH_PARAM_NUMBER, NULL, "[1, inf)", "s", IN(slope)},
-    {"velocity", KITH_PARAM_NUMBER, NULL, "(0, inf)", "U, of the wall", IN(velocity)},
+    {"sound_speed", KITH_PARAM_NUMBER, NULL, "(0, inf)", "c0 of the solid", IN(sound_speed)},
+    {"slope", KITH_PARAM_NUMBER, NULL, "[1, inf)",
+     "s in shock speed = c0 + s times the speed of the material", IN(slope)},
+    {"velocity", KITH_PARAM_NUMBER, NULL, "(0, inf)", "speed U of the wall", IN(velocity)},
     {0}};
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {

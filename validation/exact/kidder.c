@@ -19,7 +19,8 @@ static const struct kith_param params[] = {
     KITH_EXACT_DENSITY("in the center at time 0"),
     KITH_EXACT_PRESSURE("(0, inf)", "in the center at time 0"),
     KITH_EXACT_CENTER,
-    {"focus_time", KITH_PARAM_NUMBER, NULL, "(0, inf)", "tau; beyond it is as just before",
+    {"focus_time", KITH_PARAM_NUMBER, NULL, "(0, inf)",
+     "tau, the time of collapse; later the solution stays as just before",
      KITH_INTO(struct kidder, focus_time)},
     {0}};
 

@@ -41,7 +41,7 @@ static const struct kith_param params[] = {
     KITH_EXACT_GAMMA,
     KITH_EXACT_DENSITY("D: undisturbed, at r = 1"),
     KITH_EXACT_PRESSURE("[0, inf)", "ahead of the shock"),
-    {"blast_energy", KITH_PARAM_NUMBER, NULL, "(0, inf)", "E, on all sides of the center",
+    {"blast_energy", KITH_PARAM_NUMBER, NULL, "(0, inf)", "energy E, on all sides of the center",
      KITH_INTO(struct settings, blast_energy)},
     {"omega", KITH_PARAM_NUMBER, "0", "[0, 3)",
      "the undisturbed density falls as r^-omega; below the dimension", KITH_INTO(struct settings, omega)},

@@ -182,10 +182,11 @@ struct settings {
   struct kith_exact_gas gas; /* gamma alone */
   double end_time;
 };
-static const struct kith_param params[] = {KITH_EXACT_GAMMA,
-                                           {"end_time", KITH_PARAM_NUMBER, NULL, "[0, inf)",
-                                            "computed until then", KITH_INTO(struct settings, end_time)},
-                                           {0}};
+static const struct kith_param params[] = {
+    KITH_EXACT_GAMMA,
+    {"end_time", KITH_PARAM_NUMBER, NULL, "[0, inf)", "time until which it is computed",
+     KITH_INTO(struct settings, end_time)},
+    {0}};
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   kith_exact_derive_gas(settings, scene);

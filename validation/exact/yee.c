@@ -18,7 +18,7 @@ static const struct kith_param params[] = {
     KITH_EXACT_VELOCITY,
     KITH_EXACT_CENTER,
     KITH_EXACT_PERIOD,
-    {"amplitude", KITH_PARAM_NUMBER, "5", "", "strength b", KITH_INTO(struct yee, amplitude)},
+    {"amplitude", KITH_PARAM_NUMBER, "5", "", "strength b of the vortex", KITH_INTO(struct yee, amplitude)},
     {0}};
 
 static double coldness(const struct yee *y) {
