@@ -35,17 +35,17 @@
 #include "lib/core/vec.h"
 #include "validation/norms.h"
 
-#define KITH_MEASURE_LIST(X)                                                          \
-  X(shear_viscosity, "numerical viscosity, from the decay of a shear wave")           \
-  X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices") \
-  X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")     \
-  X(growth, "growth rate of a Rayleigh-Taylor mode")                                  \
-  X(ripple, "speed of a mode of the middle, as if it fell by e^-k|y|")                \
-  X(spread, "width of a ring about the center, over that at the start")               \
-  X(separation, "least distance of two nodes, in spacings")                           \
-  X(asymmetry, "distance of a node's image in the diagonal from a node, in spacings") \
-  X(transmitted, "heat that has passed the middle of the domain along x")             \
-  X(shock_angle, "of an oblique shock from the lower corner of the domain, in degrees from x")
+#define KITH_MEASURE_LIST(X)                                                                                \
+  X(shear_viscosity, "numerical viscosity, from the decay of a shear wave")                                 \
+  X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices")                       \
+  X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")                           \
+  X(growth, "growth rate of a Rayleigh-Taylor mode")                                                        \
+  X(ripple, "velocity amplitude of a ripple on the middle plane, for a mode that falls as e^-k|y|")         \
+  X(spread, "width of a ring about the center, over its width at the start")                                \
+  X(separation, "smallest distance of two nodes, in spacings")                                              \
+  X(asymmetry, "largest distance of a mirror image (x and y exchanged) from the nearest node, in spacings") \
+  X(transmitted, "heat that has passed the middle of the domain along x")                                   \
+  X(shock_angle, "angle between x and an oblique shock from the lower corner of the domain, in degrees")
 
 struct kith_measured {
   const struct kith_profile_view *nodes;

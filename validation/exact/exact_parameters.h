@@ -11,8 +11,9 @@
 #define KITH_EXACT_GAMMA KITH_EXACT_ROW(gamma, NUMBER, NULL, "(1, inf)", "ratio of specific heats")
 #define KITH_EXACT_DENSITY(text) KITH_EXACT_ROW(density, NUMBER, NULL, "(0, inf)", text)
 #define KITH_EXACT_PRESSURE(range, text) KITH_EXACT_ROW(pressure, NUMBER, NULL, range, text)
-#define KITH_EXACT_CENTER KITH_EXACT_ROW(center, VECTOR, "[0, 0, 0]", "", "of the symmetry")
-#define KITH_EXACT_VELOCITY KITH_EXACT_ROW(uniform_velocity, VECTOR, "[0, 0, 0]", "", "of the whole")
+#define KITH_EXACT_CENTER KITH_EXACT_ROW(center, VECTOR, "[0, 0, 0]", "", "center of the symmetry")
+#define KITH_EXACT_VELOCITY \
+  KITH_EXACT_ROW(uniform_velocity, VECTOR, "[0, 0, 0]", "", "added to all velocities")
 #define KITH_EXACT_PERIOD                                 \
   KITH_EXACT_ROW(period, VECTOR, "[0, 0, 0]", "[0, inf)", \
                  "sides of the periodic box that it is carried through; 0: none")

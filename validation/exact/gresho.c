@@ -47,7 +47,7 @@ static void state(const void *self, const double *x, double time, struct kith_ex
 
 const struct kith_exact_ops kith_exact_gresho = {
     .name = "gresho",
-    .doc = "steady vortex held by its pressure; in 3-D a column along axis 2",
+    .doc = "steady vortex held by its pressure; in 3-D a column along z",
     KITH_SETTINGS(params, kith_exact_gas),
     .derive = derive,
     .state = state,

@@ -65,7 +65,7 @@ static void entropy_state(const void *self, const double *x, double time, struct
 
 const struct kith_exact_ops kith_exact_acoustic_wave = {
     .name = "acoustic-wave",
-    .doc = "travelling sound wave along axis 0 (linear theory)",
+    .doc = "travelling sound wave along x (linear theory)",
     KITH_SETTINGS(params, wave),
     .derive = derive_acoustic,
     .check = check_acoustic,
@@ -73,7 +73,7 @@ const struct kith_exact_ops kith_exact_acoustic_wave = {
 };
 const struct kith_exact_ops kith_exact_entropy_wave = {
     .name = "entropy-wave",
-    .doc = "a wave of density alone, carried along axis 0",
+    .doc = "a wave of density alone, carried along x",
     KITH_SETTINGS(params, wave),
     .derive = derive_entropy,
     .state = entropy_state,

@@ -44,7 +44,7 @@ static void state(const void *self, const double *x, double time, struct kith_ex
 
 const struct kith_exact_ops kith_exact_yee = {
     .name = "yee",
-    .doc = "smooth steady vortex; in 3-D a column along axis 2",
+    .doc = "smooth steady vortex; in 3-D a column along z",
     KITH_SETTINGS(params, yee),
     .derive = kith_exact_derive_gas,
     .check = check,

@@ -44,7 +44,7 @@ static void free_self(struct kith_excluder *excluder) {
 
 const struct kith_excluder_ops kith_excluder_connected = {
     .name = "connected",
-    .doc = "nodes with equal tags: of one rigid body, one chain, or barriers (field=barrier)",
+    .doc = "pairs of nodes with equal tags: in one rigid body, one chain, or of barriers (field=barrier)",
     KITH_SETTINGS(connected_params, connected),
     .phase = KITH_NARROW, /* a distance costs less than a call */
     .setup = find_tags,
@@ -86,7 +86,7 @@ static bool of_materials(const struct kith_excluder *excluder, const struct kith
 
 const struct kith_excluder_ops kith_excluder_materials = {
     .name = "materials",
-    .doc = "nodes of two materials, which pass through each other; or of one, a body that is rigid",
+    .doc = "pairs of nodes of two materials, which then pass through each other; or of one, as a rigid body",
     KITH_SETTINGS(materials_params, materials),
     .phase = KITH_BROAD,
     .setup = find_lists,
@@ -134,9 +134,10 @@ static void free_bonds(struct kith_excluder *excluder) {
   kith_free(&excluder->self);
 }
 
-const struct kith_excluder_ops kith_excluder_bonds = {.name = "bonds",
-                                                      .doc = "nodes joined by a bond, given by a program",
-                                                      .phase = KITH_NARROW,
-                                                      .setup = sort_bonds,
-                                                      .reject = bonded,
-                                                      .clear = free_bonds};
+const struct kith_excluder_ops kith_excluder_bonds = {
+    .name = "bonds",
+    .doc = "pairs of nodes that are joined by a bond, which a program defines",
+    .phase = KITH_NARROW,
+    .setup = sort_bonds,
+    .reject = bonded,
+    .clear = free_bonds};

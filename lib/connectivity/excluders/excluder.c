@@ -107,7 +107,7 @@ static bool second_of_two(const struct kith_excluder *excluder, const struct kit
 
 const struct kith_excluder_ops kith_excluder_symmetric_duplicates = {
     .name = "symmetric_duplicates",
-    .doc = "of two nodes that are target and source to each other, the source with the lower id",
+    .doc = "where two nodes are in each other's list, the entry whose source has the lower id",
     .phase = KITH_BROAD,
     .halves = true,
     .reject = second_of_two};
