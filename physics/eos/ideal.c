@@ -29,7 +29,7 @@ static struct kith_power_law power_law(const void *settings) {
 }
 
 const struct kith_eos_ops kith_eos_ideal = {.name = "ideal",
-                                            .doc = "ideal gas",
+                                            .doc = "ideal gas: P = (gamma - 1) rho u",
                                             KITH_SETTINGS(params, ideal),
                                             .state = state,
                                             .energy = energy_of,

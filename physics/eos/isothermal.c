@@ -31,7 +31,7 @@ static struct kith_power_law power_law(const void *settings) {
 }
 
 const struct kith_eos_ops kith_eos_isothermal = {.name = "isothermal",
-                                                 .doc = "isothermal gas",
+                                                 .doc = "isothermal gas: P = c0^2 rho",
                                                  KITH_SETTINGS(params, isothermal),
                                                  .state = state,
                                                  .energy = energy_of,

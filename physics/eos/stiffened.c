@@ -34,7 +34,7 @@ static struct kith_power_law power_law(const void *settings) {
 }
 
 const struct kith_eos_ops kith_eos_stiffened = {.name = "stiffened",
-                                                .doc = "stiffened gas",
+                                                .doc = "stiffened gas: P = (gamma - 1) rho u - gamma P0",
                                                 KITH_SETTINGS(params, stiffened),
                                                 .state = state,
                                                 .energy = energy_of,

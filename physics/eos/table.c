@@ -230,10 +230,11 @@ static const char *outside(const void *settings, double density, double energy) 
   return energy >= u[0] && energy <= u[t->columns - 1] ? NULL : "its energy is outside of the table";
 }
 
-const struct kith_eos_ops kith_eos_table = {.name = "table",
-                                            .doc = "pressures from a file, over densities and energies",
-                                            KITH_SETTINGS(params, table),
-                                            .load = load,
-                                            .state = state,
-                                            .energy = energy_of,
-                                            .outside = outside};
+const struct kith_eos_ops kith_eos_table = {
+    .name = "table",
+    .doc = "pressures from a file: lines of densities, of energies, and of pressures for each density",
+    KITH_SETTINGS(params, table),
+    .load = load,
+    .state = state,
+    .energy = energy_of,
+    .outside = outside};

@@ -41,10 +41,11 @@ static struct kith_power_law power_law(const void *settings) {
                                  p->density * p->sound_speed * p->sound_speed / p->exponent - p->pressure};
 }
 
-const struct kith_eos_ops kith_eos_tait = {.name = "tait",
-                                           .doc = "liquid or solid whose pressure is a power of the density",
-                                           KITH_SETTINGS(params, tait),
-                                           .state = state,
-                                           .energy = energy_of,
-                                           .power_law = power_law,
-                                           .barotropic = true};
+const struct kith_eos_ops kith_eos_tait = {
+    .name = "tait",
+    .doc = "liquid or solid: P = P0 + rho0 c0^2 / n ((rho / rho0)^n - 1)",
+    KITH_SETTINGS(params, tait),
+    .state = state,
+    .energy = energy_of,
+    .power_law = power_law,
+    .barotropic = true};
