@@ -4,27 +4,32 @@
 #include "boundaries/images.h"
 
 #define IN(member) KITH_INTO(struct kith_flow_settings, member)
-#define DEPTH                                                                                        \
-  {                                                                                                  \
-    "depth", KITH_PARAM_NUMBER, "4", "[1, 20]", "of the zone of nodes behind the face, in supports", \
-        IN(depth)                                                                                    \
+#define DEPTH                                                                                              \
+  {                                                                                                        \
+    "depth", KITH_PARAM_NUMBER, "4", "[1, 20]", "depth of the zone of nodes behind the face, in supports", \
+        IN(depth)                                                                                          \
   }
-#define AT \
-  { "at", KITH_PARAM_EXPRESSION, "", "", "a plane within the domain, a number; none: its side", IN(at) }
+#define AT                                                                                                 \
+  {                                                                                                        \
+    "at", KITH_PARAM_EXPRESSION, "", "", "position of the face on its axis; none: the side of the domain", \
+        IN(at)                                                                                             \
+  }
 static const struct kith_param inflow_params[] = {
     DEPTH,
     AT,
-    {"density", KITH_PARAM_EXPRESSION, "", "", "at the face, in x, y, z, t; none: all as in the region there",
+    {"density", KITH_PARAM_EXPRESSION, "", "",
+     "density at the face, a formula in x, y, z, t; none of these: the state of the region there",
      IN(density)},
-    {"pressure", KITH_PARAM_EXPRESSION, "", "", "at the face; this or energy", IN(pressure)},
-    {"energy", KITH_PARAM_EXPRESSION, "", "", "at the face, per unit mass; this or pressure", IN(energy)},
-    {"velocity", KITH_PARAM_EXPRESSIONS, "", "", "at the face", IN(velocity)},
+    {"pressure", KITH_PARAM_EXPRESSION, "", "", "pressure at the face; this or energy", IN(pressure)},
+    {"energy", KITH_PARAM_EXPRESSION, "", "", "energy per unit mass at the face; this or pressure",
+     IN(energy)},
+    {"velocity", KITH_PARAM_EXPRESSIONS, "", "", "velocity at the face", IN(velocity)},
     {0}};
 static const struct kith_param outflow_params[] = {
     DEPTH,
     AT,
     {"pressure_far", KITH_PARAM_NUMBER, "0", "[0, inf)",
-     "far behind the face, which the gas slowly approaches; 0: nothing comes back", IN(pressure_far)},
+     "pressure far behind the face, to which the gas slowly tends; 0: no waves come back", IN(pressure_far)},
     {0}};
 
 /* Measures f times the largest search radius in the zone. */

@@ -9,7 +9,7 @@ struct periodic {
 };
 static const struct kith_param periodic_params[] = {
     {"images", KITH_PARAM_CHOICE, "ghosts", "ghosts|shifts",
-     "nodes of their own; or no nodes: entries of rows say by how many lengths of the box a neighbor is "
+     "images are nodes; or there are none, and row entries say by how many box lengths a neighbor is "
      "displaced",
      KITH_INTO(struct periodic, shifts), .role = KITH_ROLE_FREE},
     {0}};

@@ -44,7 +44,7 @@ struct piston {
   double velocity;
 };
 static const struct kith_param piston_params[] = {
-    {"velocity", KITH_PARAM_NUMBER, NULL, "", "of the face, along its axis",
+    {"velocity", KITH_PARAM_NUMBER, NULL, "", "velocity of the face along its axis",
      KITH_INTO(struct piston, velocity)},
     {0}};
 

@@ -47,46 +47,47 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out);
  * (integrator), b (baseline), p (provenance), now (totals), sum (over ranks: nodes, row entries, pair
  * evaluations, cpu seconds, updates) and wall (seconds). Changes, drifts: the largest over the run
  * (simulation.h). */
-#define KITH_REPORT_LIST(X)                                                                             \
-  X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                      \
-  X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                               \
-  X(TEXT, package, "package", m->package.ops->name, "", "hydro package")                                \
-  X(TEXT, packages, "packages", m->packages, "", "all packages, in the order in which rates add up")    \
-  X(TEXT, kernel, "kernel", kith_kernel_facts[m->package.kernel].name, "", "")                          \
-  X(TEXT, scheme, "scheme", it->scheme->name, "", "time integration")                                   \
-  X(COUNT, ranks, "ranks", kith_ranks_size(m->nodes->ranks), "", "processes")                           \
-  X(COUNT, threads, "threads", omp_get_max_threads(), "", "of each process")                            \
-  X(COUNT, nodes, "nodes", (int64_t)sum[0], "", "internal nodes of all ranks, at the end")              \
-  X(COUNT, steps, "steps", (int64_t)it->step, "", "since the start of the scene")                       \
-  X(REAL, time, "time", it->time, "scene", "at the end")                                                \
-  X(REAL, wall_seconds, "wall_seconds", wall, "s", "since the start or restart")                        \
-  X(REAL, cpu_seconds, "cpu_seconds", sum[3], "s", "processor time of all ranks and threads")           \
-  X(REAL, node_updates_per_second, "node_updates_per_second", sum[4] / fmax(wall, 1e-9), "1/s",         \
-    "nodes * steps of this process, with block steps updates of active nodes, / wall_seconds")          \
-  X(REAL, pairs_per_node, "pairs_per_node", 0.5 * sum[1] / fmax(sum[0], 1), "",                         \
-    "half the row entries per node, at the end")                                                        \
-  X(REAL, pair_evaluations, "pair_evaluations", sum[2], "", "evaluations of a pair function")           \
-  X(REAL, energy_drift, "energy_drift", b->energy_drift, "", "relative change of the total energy")     \
-  X(REAL, momentum_drift, "momentum_drift", b->momentum_drift, "", "its change over sum m max(|v|, c)") \
-  X(REAL, angular_momentum_drift, "angular_momentum_drift", b->angular_drift, "",                       \
-    "the same about the center")                                                                        \
-  X(REAL, kinetic_start, "kinetic.start", b->totals.kinetic, "scene", "kinetic energy")                 \
-  X(REAL, kinetic_end, "kinetic.end", now.kinetic, "scene", "kinetic energy")                           \
-  X(REAL, kinetic_rebound, "kinetic.rebound",                                                           \
-    b->totals.kinetic > 0 ? b->kinetic_rebound / b->totals.kinetic : NAN, "",                           \
-    "largest rise above an earlier minimum, over the start; null if that is 0")                         \
-  X(REAL, largest_mach, "velocity_over_sound.largest", b->velocity_over_sound, "",                      \
-    "largest |v| / c of a node, over the run")                                                          \
-  X(REAL, final_mach, "velocity_over_sound.end", now.velocity_over_sound, "", "the same at the end")    \
-  X(COUNT, floors, "floors", 0, "", "values raised to a floor: 0, a run stops instead and says where")  \
-  X(REAL, program_seconds, "program_seconds", 0, "s", "since the program began, pictures included")     \
-  X(TEXT, version, "version", kith_version(), "", "of kith")                                            \
-  X(TEXT, commit, "commit", kith_commit(), "", "of the sources, null if they are in no repository")     \
-  X(TEXT, host, "host", p->host, "", "of rank 0")                                                       \
-  X(TEXT, date, "date", p->date, "", "of the start, ISO 8601, UTC")                                     \
-  X(TEXT, command, "command", p->command, "", "line, as a shell takes it")                              \
-  X(TEXT, compiler, "compiler", kith_compiler(), "", "")                                                \
-  X(TEXT, flags, "flags", kith_flags(), "", "of the compiler")
+#define KITH_REPORT_LIST(X)                                                                               \
+  X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                        \
+  X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                                 \
+  X(TEXT, package, "package", m->package.ops->name, "", "hydro package")                                  \
+  X(TEXT, packages, "packages", m->packages, "", "all packages, in the order in which rates add up")      \
+  X(TEXT, kernel, "kernel", kith_kernel_facts[m->package.kernel].name, "", "")                            \
+  X(TEXT, scheme, "scheme", it->scheme->name, "", "time integration")                                     \
+  X(COUNT, ranks, "ranks", kith_ranks_size(m->nodes->ranks), "", "processes")                             \
+  X(COUNT, threads, "threads", omp_get_max_threads(), "", "threads of each process")                      \
+  X(COUNT, nodes, "nodes", (int64_t)sum[0], "", "internal nodes of all ranks, at the end")                \
+  X(COUNT, steps, "steps", (int64_t)it->step, "", "steps since the start of the scene")                   \
+  X(REAL, time, "time", it->time, "scene", "time at the end")                                             \
+  X(REAL, wall_seconds, "wall_seconds", wall, "s", "since the start or restart")                          \
+  X(REAL, cpu_seconds, "cpu_seconds", sum[3], "s", "processor time of all ranks and threads")             \
+  X(REAL, node_updates_per_second, "node_updates_per_second", sum[4] / fmax(wall, 1e-9), "1/s",           \
+    "nodes * steps of this process, with block steps updates of active nodes, / wall_seconds")            \
+  X(REAL, pairs_per_node, "pairs_per_node", 0.5 * sum[1] / fmax(sum[0], 1), "",                           \
+    "half the row entries per node, at the end")                                                          \
+  X(REAL, pair_evaluations, "pair_evaluations", sum[2], "", "evaluations of a pair function")             \
+  X(REAL, energy_drift, "energy_drift", b->energy_drift, "", "relative change of the total energy")       \
+  X(REAL, momentum_drift, "momentum_drift", b->momentum_drift, "",                                        \
+    "change of the momentum over sum m max(|v|, c)")                                                      \
+  X(REAL, angular_momentum_drift, "angular_momentum_drift", b->angular_drift, "",                         \
+    "likewise, of the angular momentum about the center")                                                 \
+  X(REAL, kinetic_start, "kinetic.start", b->totals.kinetic, "scene", "kinetic energy at the start")      \
+  X(REAL, kinetic_end, "kinetic.end", now.kinetic, "scene", "kinetic energy at the end")                  \
+  X(REAL, kinetic_rebound, "kinetic.rebound",                                                             \
+    b->totals.kinetic > 0 ? b->kinetic_rebound / b->totals.kinetic : NAN, "",                             \
+    "largest rise of the kinetic energy above an earlier minimum, over kinetic.start; null if that is 0") \
+  X(REAL, largest_mach, "velocity_over_sound.largest", b->velocity_over_sound, "",                        \
+    "largest |v| / c of a node, over the run")                                                            \
+  X(REAL, final_mach, "velocity_over_sound.end", now.velocity_over_sound, "", "the same at the end")      \
+  X(COUNT, floors, "floors", 0, "", "values raised to a floor: always 0, since a run stops instead")      \
+  X(REAL, program_seconds, "program_seconds", 0, "s", "since the program began, pictures included")       \
+  X(TEXT, version, "version", kith_version(), "", "version of kith")                                      \
+  X(TEXT, commit, "commit", kith_commit(), "", "commit of the sources, null outside of a repository")     \
+  X(TEXT, host, "host", p->host, "", "host of rank 0")                                                    \
+  X(TEXT, date, "date", p->date, "", "date and time of the start, ISO 8601, UTC")                         \
+  X(TEXT, command, "command", p->command, "", "command line, as a shell takes it")                        \
+  X(TEXT, compiler, "compiler", kith_compiler(), "", "")                                                  \
+  X(TEXT, flags, "flags", kith_flags(), "", "flags of the compiler")
 
 /* Texts and arrays are borrowed. A text that is NULL is null in the file. */
 struct kith_report {

@@ -35,11 +35,11 @@ struct flow_settings {
 };
 #define IN(member) KITH_INTO(struct flow_settings, member)
 static const struct kith_param diffusion_params[] = {
-    {"start", KITH_PARAM_CHOICE, "cart", "cart|morton", "the first map", IN(start)},
+    {"start", KITH_PARAM_CHOICE, "cart", "cart|morton", "the map to start from", IN(start)},
     {"neighbors", KITH_PARAM_CHOICE, "free", "free|fixed",
      "which ranks may become neighbors: any, or those of the first map", IN(fixed)},
-    {"flow", KITH_PARAM_CHOICE, "schornbaum", "schornbaum|willebeek|second-order", "how much work flows",
-     IN(flow)},
+    {"flow", KITH_PARAM_CHOICE, "schornbaum", "schornbaum|willebeek|second-order",
+     "rule for how much work flows", IN(flow)},
     {"iterations", KITH_PARAM_INTEGER, "10", "[1, 1000]", "iterations of the flow (schornbaum, second-order)",
      IN(iterations)},
     {"momentum", KITH_PARAM_NUMBER, "1.8", "[1, 2)", "beta of second-order", IN(momentum),

@@ -14,7 +14,7 @@ struct graph_settings {
 static const struct kith_param graph_params[] = {
     {"tolerance", KITH_PARAM_NUMBER, "0.05", "(0, 1)", "imbalance that Scotch aims at",
      KITH_INTO(struct graph_settings, tolerance)},
-    {"move", KITH_PARAM_NUMBER, "0.001", "[0, 1000]", "cost of moving a cell, in mean faces",
+    {"move", KITH_PARAM_NUMBER, "0.001", "[0, 1000]", "cost of moving a cell, relative to a mean face",
      KITH_INTO(struct graph_settings, move)},
     {0}};
 

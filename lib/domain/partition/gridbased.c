@@ -28,7 +28,7 @@ struct gridbased {
 };
 static const struct kith_param gridbased_params[] = {
     {"step", KITH_PARAM_NUMBER, "2", "[0.125, 16]",
-     "longest step of a corner; larger ones than 2 overshoot, and cut more faces",
+     "longest step of a corner; steps above 2 overshoot, and cut more faces",
      KITH_INTO(struct gridbased, step)},
     {0}};
 
