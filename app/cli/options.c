@@ -38,8 +38,8 @@ static const char *const details[KITH_N_VERBS] = {
         "Times every stage of a 3-D Sedov blast (kith-1d bench, kith-2d bench: 1-D, 2-D).\n"
         "  kith bench --set resolution=100 --threads 1",
     [KITH_VERB_list] =
-        "  kith list           all families and members, with the defaults of their parameters\n"
-        "  kith list boundary  one family, with its parameters explained\n"
+        "  kith list           all families and their members\n"
+        "  kith list boundary  one family, with the parameters of its members\n"
         "  kith list scene     every key of a scene: default, meaning, range",
     [KITH_VERB_validate] =
         "A suite is a list of rows; a row is a scene, settings, a measure and a bound. Prints a line for "

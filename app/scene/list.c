@@ -1,8 +1,8 @@
 /* list.c - `kith list`: what a scene can choose from, family by family, with the doc of each member from its
  * own table.
  *
- * Subject: none (all families, with the names and defaults of parameters), the name of a family (parameters
- * are explained), or `scene` (every key of a scene). USAGE for anything else. */
+ * Subject: none (all families), the name of a family (with the parameters of its members), or `scene` (every
+ * key of a scene). USAGE for anything else. */
 #include "app/cli/options.h"
 
 #include <stdio.h>
@@ -78,30 +78,30 @@ static bool is_explained(const struct family *family, int member, const struct k
   return above != NULL && strcmp(above->doc, row->doc) == 0;
 }
 
-/* Appends "; key (default)" of each parameter, those of a map as "map.key", and ": what it means" if that is
- * wanted and has not been explained above. */
-static void add_params(char *text, size_t size, const struct family *family, int member, bool explain,
-                       const char *map, const struct kith_param *params) {
+/* Appends "; key (default): what it means" of each parameter, those of a map as "map.key". What has been
+ * explained above is only named. */
+static void add_params(char *text, size_t size, const struct family *family, int member, const char *map,
+                       const struct kith_param *params) {
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
     const size_t used = strlen(text);
-    if (p->kind == KITH_PARAM_MAP) {
-      add_params(text, size, family, member, explain, p->key, p->params);
-      continue;
-    }
-    const bool explained = !explain || is_explained(family, member, p);
-    snprintf(text + used, size - used, "; %s%s%s (%s)%s%s", map, map[0] != '\0' ? "." : "", p->key,
-             p->fallback != NULL ? p->fallback : "required", explained ? "" : ": ", explained ? "" : p->doc);
+    const bool explained = p->kind != KITH_PARAM_MAP && is_explained(family, member, p);
+    if (p->kind == KITH_PARAM_MAP)
+      add_params(text, size, family, member, p->key, p->params);
+    else
+      snprintf(text + used, size - used, "; %s%s%s (%s)%s%s", map, map[0] != '\0' ? "." : "", p->key,
+               p->fallback != NULL ? p->fallback : "required", explained ? "" : ": ",
+               explained ? "" : p->doc);
   }
 }
 
-static void print_family(const struct family *family, bool explain) {
+static void print_family(const struct family *family, bool with_params) {
   printf("  %-11s %s (%s)\n", family->name, family->doc, family->key);
   for (int k = 0;; ++k) {
     const struct kith_member m = member_of(family, k);
     char text[1024], label[40];
     if (m.name == NULL) return;
     snprintf(text, sizeof text, "%s", m.doc);
-    add_params(text, sizeof text, family, k, explain, "", m.params);
+    if (with_params) add_params(text, sizeof text, family, k, "", m.params);
     snprintf(label, sizeof label, "    %s", m.name);
     if (family->members != measures)
       kith_choices_format(m.name, label + 4, sizeof label - 4); /* measures are keys, written as they are */
