@@ -6,8 +6,8 @@
 #include "lib/comm/sum.h"
 #include "lib/core/vec.h"
 
-enum { BINS = 1 << 16 }; /* half of them on each side of the exact shock */
-static const double peak_bin = 0.005;
+enum { BINS = 1 << 16 };             /* half of them on each side of the exact shock */
+static const double peak_bin = 0.01; /* of the largest distance of a node */
 
 struct measure {
   const struct kith_exact_ops *ops;
@@ -261,7 +261,11 @@ static void measure_peaks(const struct measure *m, struct bins *bins, double wid
     kith_ranks_max(m->nodes->ranks, &out->density_peak, 1);
     return;
   }
-  fill_bins(bins, m, 0, KITH_MAX(width, peak_bin));
+  double farthest = 0;
+  for (kith_index i = 0; i < m->nodes->n; ++i)
+    if (inside(m, i)) farthest = KITH_MAX(farthest, coordinate(m, i));
+  kith_ranks_max(m->nodes->ranks, &farthest, 1);
+  fill_bins(bins, m, 0, KITH_MAX(width, peak_bin * farthest));
   for (int k = 0; k < BINS; ++k) {
     if (bins->sum[k][VOLUME] <= 0) continue;
     out->density_peak = KITH_MAX(out->density_peak, of_bin(bins, k, MASS) / of_bin(bins, k, VOLUME));

@@ -39,8 +39,8 @@ struct kith_norms {
    * exact density ahead)^(1/NDIM) of the nodes that also give the width of the bins: what is smeared by the
    * same number of nodes at any resolution has the same offset; 0 if none is measured. */
   double shock_offset;
-  /* Radial solutions: largest mean density over radial bins of 0.005, or of one node spacing at the shock if
-   * that is larger; else the largest density of a node. */
+  /* Radial solutions: largest mean density over radial bins that are a hundredth of the largest distance of a
+   * node in the window wide, or one spacing at the shock if that is larger; else the largest of a node. */
   double density_peak;
   double speed_peak; /* radial solutions: largest |mean speed| over the same bins, else 0 */
   bool vortex;       /* speed is azimuthal */

@@ -318,21 +318,22 @@ static void test_radial_shock(void) {
   }
 }
 
-/* The bins of the peak: two nodes share one (mean by volume), the third is the second densest. */
-static void test_peak_bins(void) {
+/* The bins of the peak: two nodes share one (mean by volume), the third is the second densest; the last one,
+ * the farthest, tells how wide they are, in any unit of length. */
+static void check_peak_bins(double unit) {
   void *self =
       solution(&kith_exact_noh, (struct exact_parameters){.gamma = {1.4}, .density = {1}, .velocity = {1}});
   struct cloud c;
-  cloud_init(&c, 3);
-  const double place[] = {0.0101, -0.0149, 0.0151}, density[] = {9, 1, 4}, volume[] = {1, 3, 1};
-  for (int i = 0; i < 3; ++i) {
-    c.position[i * NDIM] = place[i];
-    c.density[i] = density[i],
-    c.mass[i] = density[i] * volume[i] * 1e-12; /* spacing far below the bin of 0.005 */
+  cloud_init(&c, 4);
+  const double place[] = {0.0101, -0.0149, 0.0151, 0.5}, density[] = {9, 1, 4, 1}, volume[] = {1, 3, 1, 1};
+  for (int i = 0; i < 4; ++i) {
+    c.position[i * NDIM] = place[i] * unit;
+    c.density[i] = density[i];
+    c.mass[i] = density[i] * volume[i] * 1e-12 * kith_pow_dim(unit); /* spacing far below the bin of 0.005 */
   }
   CHECK_CLOSE(measured(&c, &kith_exact_noh, self, 0, all).density_peak, 4,
               1e-14); /* not 9, not (9 + 3) / 4 */
-  c.density[2] = 2, c.mass[2] = 2e-12;
+  c.density[2] = 2, c.mass[2] *= 0.5;
   CHECK_CLOSE(measured(&c, &kith_exact_noh, self, 0, all).density_peak, 3, 1e-14);
   cloud_clear(&c);
   kith_free(&self);
@@ -425,7 +426,8 @@ int main(void) {
   test_blocks();
   test_planar_shock();
   test_radial_shock();
-  test_peak_bins();
+  check_peak_bins(1);
+  check_peak_bins(1e-12);
   test_contact_pressure_error();
   if (NDIM > 1) test_vortex();
   test_no_shock_seen();
