@@ -46,6 +46,17 @@ static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_rea
   return kith_rebuilds_allow(rebuilds, it->nodes, "nodes moved too far within a step");
 }
 
+/* Makes the lists, and again as long as nodes wake by what is in them. */
+static kith_status make_lists(struct kith_integrator *it, enum kith_rebuild_reason reason) {
+  KITH_TRY(kith_lifecycle(it, reason));
+  while (it->follows) {
+    KITH_TRY(kith_lifecycle_close(it));
+    if (!kith_window_meets(it)) break;
+    KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
+  }
+  return KITH_OK;
+}
+
 /* Rebuilds the lists if that is due. evaluates: the caller evaluates the packages at once, by which ranks
  * agree on the status. */
 static kith_status rebuild_if_due(struct kith_integrator *it, bool evaluates) {
@@ -57,7 +68,7 @@ static kith_status rebuild_if_due(struct kith_integrator *it, bool evaluates) {
   it->due = KITH_BECAUSE_none;
   it->fresh = false;
   if (reason == KITH_BECAUSE_none) return KITH_OK;
-  KITH_TRY(kith_lifecycle(it, reason));
+  KITH_TRY(make_lists(it, reason));
   return evaluates ? KITH_OK : kith_lifecycle_close(it);
 }
 
@@ -96,7 +107,7 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
       return kith_ranks_allreduce_status(
           it->nodes->ranks, kith_fail(KITH_DIVERGED, "a support does not converge: %s after %d rebuilds",
                                       kith_failure(), growth));
-    KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_support));
+    KITH_TRY(make_lists(it, KITH_BECAUSE_support));
     it->fresh = false;
   }
   if (status == KITH_OK) status = kith_lifecycle_close(it);

@@ -6,6 +6,9 @@ enum { LAYERS = 3 };
 /* Velocities below this part of the sound speed c, and rates below it in units of c and H, are gas at rest.
  * The round-off of forces on lattices is some 1e-14. */
 static const double quiet = 1e-11;
+/* A motion in a step below this part of H makes no new neighbor that counts: at the edge of a support forces
+ * fall with the square of the distance from it, or faster. */
+static const double still = 1e-6;
 
 static bool is_disturbed(const struct kith_integrator *it, kith_index i) {
   const struct kith_hydro *hydro = it->hydro;
@@ -14,6 +17,11 @@ static bool is_disturbed(const struct kith_integrator *it, kith_index i) {
                a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM);
   return !(v <= quiet * c && a * h <= quiet * c * c &&
            fabs(hydro->energy_rate->f64[i]) * h <= quiet * fabs(u) * c);
+}
+
+static bool moves(const struct kith_integrator *it, kith_index i) {
+  const double v = kith_norm(it->hydro->velocity->f64 + (size_t)i * NDIM);
+  return v * it->kick.evaluation_dt * it->evaluations > still * it->nodes->support->f64[i];
 }
 
 /* Marks in `to` the nodes that `from` marks, and their neighbors. */
@@ -27,13 +35,14 @@ static void add_neighbors(const struct kith_integrator *it, const uint8_t *restr
   }
 }
 
-/* Returns marks of the nodes so near to a disturbed one that an evaluation of the next step may see it. */
-static const uint8_t *reached(const struct kith_integrator *it) {
+/* Returns marks of the nodes so near to one of the `sources` that an evaluation of a step may see it. */
+static const uint8_t *reached(const struct kith_integrator *it,
+                              bool (*sources)(const struct kith_integrator *, kith_index)) {
   struct kith_field *const *field = it->reached;
   const int layers = LAYERS * it->evaluations;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    field[0]->u8[i] = it->nodes->activity->u8[i] == KITH_ACTIVE && is_disturbed(it, i);
+    field[0]->u8[i] = it->nodes->activity->u8[i] == KITH_ACTIVE && sources(it, i);
   for (int k = 0; k < layers; ++k) {
     kith_halo_refresh(it->hydro->halo, it->nodes, &field[k % 2], 1);
     add_neighbors(it, field[k % 2]->u8, field[(k + 1) % 2]->u8);
@@ -48,7 +57,7 @@ static void stop(const struct kith_field *rate, kith_index i) {
 
 void kith_window_begin(struct kith_integrator *it) {
   const struct kith_package *package = it->package;
-  const uint8_t *awake = reached(it);
+  const uint8_t *awake = reached(it, is_disturbed);
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
     if (awake[i]) continue;
@@ -63,12 +72,25 @@ void kith_window_begin(struct kith_integrator *it) {
   }
 }
 
-void kith_window_follow(struct kith_integrator *it) {
-  const uint8_t *awake = reached(it);
+/* Wakes the marked nodes; returns whether there are any on this rank that slept. */
+static bool wake(const struct kith_integrator *it, const uint8_t *marked) {
   uint8_t *activity = it->nodes->activity->u8;
-#pragma omp parallel for simd schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    if (awake[i]) activity[i] = KITH_ACTIVE;
+  int woken = 0;
+#pragma omp parallel for schedule(static) reduction(| : woken)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
+    if (!marked[i] || activity[i] == KITH_ACTIVE) continue;
+    activity[i] = KITH_ACTIVE;
+    woken = 1;
+  }
+  return woken;
+}
+
+void kith_window_follow(struct kith_integrator *it) {
+  wake(it, reached(it, is_disturbed));
+}
+
+bool kith_window_meets(struct kith_integrator *it) {
+  return kith_ranks_any(it->nodes->ranks, wake(it, reached(it, moves)));
 }
 
 double kith_window_at_rest(const struct kith_integrator *it) {

@@ -1,6 +1,6 @@
 /* Gas that no signal has reached sleeps (window: follow): the run of all nodes, to round-off, for fewer
- * updates; sleepers stay as they were laid out; what is conserved; what wakes all; what is refused. Ranks and
- * restarts: mpi. */
+ * updates; gas that arrives from afar; sleepers stay as they were laid out; what is conserved; what wakes
+ * all; what is refused. Ranks and restarts: mpi. */
 #include "tests/unit/scenario.h"
 
 #define FOLLOW "window: follow\n"
@@ -41,6 +41,33 @@ static void same_for_less(void) {
     scenario_close(&window);
     scenario_close(&whole);
   }
+}
+
+/* Gas flies through empty space to dust at rest, whose neighbors it is from one step to the next. */
+static void arrives_late(void) {
+  static const char dust[] =
+      "resolution: {1d: 100, 2d: 30, 3d: 12}\narrangement: equal-spacing\n"
+      "domain: {lower: [-1, 0, 0], upper: [1, 1, 1], across: 8}\n"
+      "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+      "materials:\n"
+      "  dust: {eos: mie-grueneisen, density: 1.5, sound_speed: 1, slope: 1.5, gamma: 2, tension: cut}\n"
+      "  gas: {gamma: 1.4}\n"
+      "regions:\n"
+      "  - {material: dust, lattice: cubic, where: {x: [-0.5, 0]}, density: 1, energy: 0}\n"
+      "  - {material: gas, lattice: cubic, where: {x: [0.4, 0.9]}, density: 1, pressure: 0.01,\n"
+      "     velocity: [-1, 0, 0]}\n"
+      "until: 0.5\n" FOLLOW;
+  struct scenario window = {0}, whole = {0};
+  if (scenario_open(&window, dust, "scene=dust") && scenario_run(&window, 100000) &&
+      scenario_open(&whole, dust, "scene=dust window=whole") && scenario_run(&whole, 100000)) {
+    CHECK(scenario_distance(&whole, &window, "velocity") < 1e-11);
+    CHECK(scenario_distance(&whole, &window, "position") < 1e-12);
+    CHECK(updates(&window) < updates(&whole));
+    CHECK(scenario_energy_drift(&window) < 1e-12);
+    CHECK(scenario_momentum_drift(&window) < 1e-12);
+  }
+  scenario_close(&window);
+  scenario_close(&whole);
 }
 
 /* They are bitwise what they were: read by neighbors, not written. */
@@ -98,6 +125,7 @@ static void refused(void) {
 
 int main(void) {
   same_for_less();
+  arrives_late();
   sleepers_stay();
   disordered();
   refused();
