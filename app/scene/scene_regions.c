@@ -128,6 +128,15 @@ static kith_status check_timeless(const struct kith_param *params, const struct 
   return KITH_OK;
 }
 
+/* Refuses the velocity of a barrier, which reflects as a wall at rest does. */
+static kith_status check_barrier(const struct kith_region *region, const struct kith_config_node *node) {
+  for (int a = 0; region->barrier && a < NDIM; ++a)
+    if (region->velocity[a] != NULL && kith_expression_constant(region->velocity[a]) != 0)
+      return kith_config_fail(kith_config_child(node, "velocity"), NULL,
+                              "not together with barrier, which is a wall at rest");
+  return KITH_OK;
+}
+
 static kith_status read_region(const struct kith_scene *scene, struct kith_region *region,
                                const struct kith_config_node *node) {
   region->node = node;
@@ -140,6 +149,7 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
     return kith_config_fail(kith_config_child(node, "lattice"), NULL,
                             "fcc does not exist in 2-D; cubic, bcc, hcp and glass do");
   KITH_TRY(check_state(scene, region, node));
+  KITH_TRY(check_barrier(region, node));
   return check_equilibrium(scene, region, node);
 }
 

@@ -171,6 +171,8 @@ static const struct wrong missing[] = {
      "f:8: regions.0.equilibrium: needs pressure, not energy"},
     {8, "  - {material: gas, density: 1, pressure: 1, equilibrium: true, frozen: true}",
      "f:8: regions.0.equilibrium: not together with frozen: their density stays as given"},
+    {8, "  - {material: gas, density: 1, pressure: 1, barrier: true, velocity: [1, 0, 0]}",
+     "f:8: regions.0.velocity: not together with barrier, which is a wall at rest"},
     {11, "energy: {center: [0, 0, 0]}", "f:11: energy.energy: missing; it is required"},
     {11, "energy: [{energy: 1, over: ball}]",
      "f:11: energy.0.radius: missing; radius or spacings is required"},
