@@ -79,72 +79,39 @@ void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, cons
   for (size_t k = 0; k < n; ++k) to->f64[k] = from->f64[k];
 }
 
-void kith_field_copy_awake(const struct kith_nodes *nodes, struct kith_field *to,
-                           const struct kith_field *from) {
-  double *restrict y = to->f64;
-  const double *restrict x = from->f64;
-  const size_t n = (size_t)to->components;
-#pragma omp parallel for schedule(static)
-  for (kith_index begin = 0; begin < nodes->n_internal; begin += KITH_STRETCH) {
-    const size_t end = (size_t)kith_stretch_end(nodes, begin, nodes->n_internal) * n;
+/* For nodes begin .. end - 1: v += dt A, u += dt rate. */
+static void kick_by_rates(struct kith_integrator *it, double dt, kith_index begin, kith_index end) {
+  double *restrict u = it->hydro->energy->f64, *restrict v = it->hydro->velocity->f64;
+  const double *restrict rate = it->hydro->energy_rate->f64, *restrict a = it->hydro->acceleration->f64;
 #pragma omp simd
-    for (size_t k = (size_t)begin * n; k < end; ++k) y[k] = x[k];
-  }
+  for (kith_index i = begin; i < end; ++i) u[i] += dt * rate[i];
+#pragma omp simd
+  for (size_t k = (size_t)begin * NDIM; k < (size_t)end * NDIM; ++k) v[k] += dt * a[k];
 }
 
-/* y += dt x, a rate: 0 for idle nodes. */
-static void add_rate(const struct kith_nodes *nodes, struct kith_field *to, double dt,
-                     const struct kith_field *rate) {
-  double *restrict y = to->f64;
-  const double *restrict x = rate->f64;
-  const size_t n = (size_t)to->components;
-#pragma omp parallel for schedule(static)
-  for (kith_index begin = 0; begin < nodes->n_internal; begin += KITH_STRETCH) {
-    const size_t end = (size_t)kith_stretch_end(nodes, begin, nodes->n_internal) * n;
-#pragma omp simd
-    for (size_t k = (size_t)begin * n; k < end; ++k) y[k] += dt * x[k];
-  }
+/* For nodes begin .. end - 1: v += dt A, u by (1) of package.h; the middle of dt is `late` after the evaluation. */
+static void kick(struct kith_integrator *it, double dt, double late, kith_index begin, kith_index end) {
+  const struct kith_package *package = it->package;
+  double *restrict u = it->hydro->energy->f64;
+  kick_by_rates(it, dt, begin, end);
+  if (!package->compatible) return;
+  const double *restrict correction = package->energy_correction->f64;
+  const double *restrict a = package->pair_acceleration->f64;
+  for (kith_index i = begin; i < end; ++i)
+    u[i] += dt * (correction[i] - late * kith_dot(a + (size_t)i * NDIM, a + (size_t)i * NDIM));
 }
 
-/* v += dt A, u += dt rate. */
-static void kick_by_rates(struct kith_integrator *it, double dt) {
-  add_rate(it->nodes, it->hydro->energy, dt, it->hydro->energy_rate);
-  add_rate(it->nodes, it->hydro->velocity, dt, it->hydro->acceleration);
-}
-
-void kith_predict(struct kith_integrator *it, double dt, double later) {
-  kick_by_rates(it, dt);
-  if (it->scheme->stages) return;
-  double *restrict u = it->hydro->energy->f64, *restrict last = it->energy_rate_last->f64;
-  const double *restrict rate = it->hydro->energy_rate->f64;
-  const double more = it->dt > 0 ? dt * later / it->dt : 0;
-#pragma omp parallel for schedule(static)
-  for (kith_index begin = 0; begin < it->nodes->n_internal; begin += KITH_STRETCH) {
-    const kith_index end = kith_stretch_end(it->nodes, begin, it->nodes->n_internal);
-#pragma omp simd
-    for (kith_index i = begin; i < end; ++i) {
-      u[i] += more * (rate[i] - last[i]);
-      last[i] = rate[i];
-    }
-  }
+static void finish_kick(struct kith_integrator *it, double dt) {
+  it->kick.time += dt;
+  kith_through_add(&it->hydro->through, dt, &it->flow.rate);
 }
 
 void kith_kick(struct kith_integrator *it, double dt) {
-  const struct kith_package *package = it->package;
   const double late = it->kick.time + 0.5 * dt;
-  kick_by_rates(it, dt);
-  it->kick.time += dt;
-  kith_through_add(&it->hydro->through, dt, &it->flow.rate);
-  if (!package->compatible) return;
-  double *restrict u = it->hydro->energy->f64;
-  const double *restrict correction = package->energy_correction->f64, *restrict a =
-                                                                           package->pair_acceleration->f64;
 #pragma omp parallel for schedule(static)
-  for (kith_index begin = 0; begin < it->nodes->n_internal; begin += KITH_STRETCH) {
-    const kith_index end = kith_stretch_end(it->nodes, begin, it->nodes->n_internal);
-    for (kith_index i = begin; i < end; ++i)
-      u[i] += dt * (correction[i] - late * kith_dot(a + (size_t)i * NDIM, a + (size_t)i * NDIM));
-  }
+  for (kith_index from = 0; from < it->nodes->n_internal; from += KITH_STRETCH)
+    kick(it, dt, late, from, kith_stretch_end(it->nodes, from, it->nodes->n_internal));
+  finish_kick(it, dt);
 }
 
 void kith_drift_supports(struct kith_integrator *it, double dt) {
@@ -159,10 +126,54 @@ void kith_drift_supports(struct kith_integrator *it, double dt) {
   it->clock += dt;
 }
 
-void kith_drift(struct kith_integrator *it, const struct kith_field *velocity, double dt) {
+void kith_drift(struct kith_integrator *it, double dt) {
   double *restrict x = it->nodes->position->f64;
-  const double *restrict v = velocity->f64;
+  const double *restrict v = it->hydro->velocity->f64;
 #pragma omp parallel for simd schedule(static)
   for (size_t k = 0; k < (size_t)it->nodes->n_internal * NDIM; ++k) x[k] += dt * v[k];
   kith_drift_supports(it, dt);
+}
+
+void kith_predict(struct kith_integrator *it, double drift, double dt, double later) {
+  const kith_index n = it->nodes->n_internal;
+  double *restrict x = it->nodes->position->f64, *restrict u = it->hydro->energy->f64,
+                   *restrict v = it->hydro->velocity->f64, *restrict u0 = it->energy_base->f64,
+                   *restrict v0 = it->kick.velocity_base->f64;
+  double *restrict last = it->scheme->stages ? NULL : it->energy_rate_last->f64;
+  const double *restrict rate = it->hydro->energy_rate->f64;
+  const double more = it->dt > 0 ? dt * later / it->dt : 0;
+  it->kick.lead = dt;
+#pragma omp parallel for schedule(static)
+  for (kith_index from = 0; from < n; from += KITH_STRETCH) {
+    const kith_index all = KITH_MIN(from + KITH_STRETCH, n), end = kith_stretch_end(it->nodes, from, n);
+#pragma omp simd
+    for (size_t k = (size_t)from * NDIM; k < (size_t)all * NDIM; ++k) x[k] += drift * v[k];
+#pragma omp simd
+    for (size_t k = (size_t)from * NDIM; k < (size_t)end * NDIM; ++k) v0[k] = v[k];
+#pragma omp simd
+    for (kith_index i = from; i < end; ++i) u0[i] = u[i];
+    kick_by_rates(it, dt, from, end);
+    for (kith_index i = from; last != NULL && i < end; ++i) {
+      u[i] += more * (rate[i] - last[i]);
+      last[i] = rate[i];
+    }
+  }
+  kith_drift_supports(it, drift);
+}
+
+void kith_correct(struct kith_integrator *it, double dt) {
+  const kith_index n = it->nodes->n_internal;
+  double *restrict u = it->hydro->energy->f64, *restrict v = it->hydro->velocity->f64;
+  const double *restrict u0 = it->energy_base->f64, *restrict v0 = it->kick.velocity_base->f64;
+  it->kick.time = 0;
+#pragma omp parallel for schedule(static)
+  for (kith_index from = 0; from < n; from += KITH_STRETCH) {
+    const kith_index end = kith_stretch_end(it->nodes, from, n);
+#pragma omp simd
+    for (size_t k = (size_t)from * NDIM; k < (size_t)end * NDIM; ++k) v[k] = v0[k];
+#pragma omp simd
+    for (kith_index i = from; i < end; ++i) u[i] = u0[i];
+    kick(it, dt, 0.5 * dt, from, end);
+  }
+  finish_kick(it, dt);
 }

@@ -140,19 +140,18 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 
 /* Copies a field of internal nodes. */
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
-/* The same, but values of idle nodes need not be copied: for fields that are equal there. */
-void kith_field_copy_awake(const struct kith_nodes *nodes, struct kith_field *to,
-                           const struct kith_field *from);
 /* Kicks: v += dt A, u by (1) of package.h, kick.time += dt. */
 void kith_kick(struct kith_integrator *integrator, double dt);
-/* Predicts the state that packages evaluate, v += dt A, u += dt rate; the scheme takes it back afterwards.
- * `later` is the time from the last evaluation to the middle of dt: in schemes with one evaluation per step
- * the energy rate is extrapolated linearly from the last two. With constant rates pressures lag, and sound
- * waves of a few spacings slowly grow. Call once per step. */
-void kith_predict(struct kith_integrator *integrator, double dt, double later);
 /* Changes supports by the divergence of the velocity during dt: H *= exp(dt div v / d). */
 void kith_drift_supports(struct kith_integrator *integrator, double dt);
 /* Drifts positions, x += dt v, and supports. */
-void kith_drift(struct kith_integrator *integrator, const struct kith_field *velocity, double dt);
+void kith_drift(struct kith_integrator *integrator, double dt);
+/* Stores velocities and energies, drifts by the time `drift`, and predicts the state that packages evaluate,
+ * v += dt A, u += dt rate. `later` is the time from the last evaluation to the middle of dt: in schemes with
+ * one evaluation per step the energy rate is extrapolated linearly from the last two. With constant rates
+ * pressures lag, and sound waves of a few spacings slowly grow. Call once per step. */
+void kith_predict(struct kith_integrator *integrator, double drift, double dt, double later);
+/* Takes the prediction of velocities and energies back, and kicks them by the new rates. */
+void kith_correct(struct kith_integrator *integrator, double dt);
 
 #endif

@@ -40,8 +40,6 @@ static kith_status create(struct kith_integrator *it) {
 }
 
 static kith_status predict(struct kith_integrator *it, double dt) {
-  struct kith_hydro *hydro = it->hydro;
-  struct kith_field *base = it->kick.velocity_base;
   kith_status status = KITH_OK;
   kith_profile_begin(it->profile, "kick");
   if (blocks(it->settings)) {
@@ -49,26 +47,17 @@ static kith_status predict(struct kith_integrator *it, double dt) {
   } else {
     kith_kick(it, 0.5 * dt);
     status = kith_flow_exchange(it);
-    it->kick.lead = 0.5 * dt;
-    kith_field_copy_awake(it->nodes, base, hydro->velocity);
-    kith_field_copy_awake(it->nodes, it->energy_base, hydro->energy);
-    kith_drift(it, base, dt);
-    kith_predict(it, 0.5 * dt, 0.75 * dt);
+    kith_predict(it, dt, 0.5 * dt, 0.75 * dt);
   }
   kith_profile_end(it->profile);
   return status;
 }
 
-static kith_status advance(struct kith_integrator *it, double *step) {
-  const double dt = *step;
-  struct kith_hydro *hydro = it->hydro;
+static kith_status advance(struct kith_integrator *it, double *dt) {
   if (blocks(it->settings)) return kith_block_steps_advance(it);
   KITH_TRY(kith_integrator_evaluate(it));
   kith_profile_begin(it->profile, "kick");
-  kith_field_copy_awake(it->nodes, hydro->velocity, it->kick.velocity_base);
-  kith_field_copy_awake(it->nodes, hydro->energy, it->energy_base);
-  it->kick.time = 0;
-  kith_kick(it, 0.5 * dt);
+  kith_correct(it, 0.5 * *dt);
   kith_profile_end(it->profile);
   return KITH_OK;
 }

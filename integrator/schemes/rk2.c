@@ -6,11 +6,7 @@
 
 /* Goes from the start to the middle by the rates at hand; positions by the velocity of the start. */
 static void to_middle(struct kith_integrator *it, double dt) {
-  it->kick.lead = 0.5 * dt;
-  kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
-  kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
-  kith_drift(it, it->hydro->velocity, 0.5 * dt);
-  kith_predict(it, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
+  kith_predict(it, 0.5 * dt, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
 }
 
 /* Goes from the start to the end by the rates of the middle; positions by the velocity of the middle.
@@ -22,10 +18,7 @@ static void to_end(struct kith_integrator *it, double dt) {
   const double *restrict v0 = it->kick.velocity_base->f64, *restrict v = it->hydro->velocity->f64;
 #pragma omp parallel for simd schedule(static)
   for (size_t k = 0; k < (size_t)it->nodes->n_internal * NDIM; ++k) x[k] += dt * (v[k] - 0.5 * v0[k]);
-  kith_field_copy(it->nodes, it->hydro->velocity, it->kick.velocity_base);
-  kith_field_copy(it->nodes, it->hydro->energy, it->energy_base);
-  it->kick.time = 0;
-  kith_kick(it, dt);
+  kith_correct(it, dt);
 }
 
 static kith_status predict(struct kith_integrator *it, double dt) {

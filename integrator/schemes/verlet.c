@@ -5,26 +5,15 @@
 #include "integrator/step.h"
 
 static kith_status predict(struct kith_integrator *it, double dt) {
-  struct kith_hydro *hydro = it->hydro;
-  struct kith_field *base = it->kick.velocity_base;
   KITH_TRY(kith_flow_exchange(it));
-  it->kick.lead = 0.5 * dt;
-  kith_field_copy_awake(it->nodes, base, hydro->velocity);
-  kith_field_copy_awake(it->nodes, it->energy_base, hydro->energy);
-  kith_drift(it, base, 0.5 * dt);
-  kith_predict(it, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
+  kith_predict(it, 0.5 * dt, 0.5 * dt, 0.5 * it->dt + 0.25 * dt);
   return KITH_OK;
 }
 
-static kith_status advance(struct kith_integrator *it, double *step) {
-  const double dt = *step;
-  struct kith_hydro *hydro = it->hydro;
+static kith_status advance(struct kith_integrator *it, double *dt) {
   KITH_TRY(kith_integrator_evaluate(it));
-  kith_field_copy_awake(it->nodes, hydro->velocity, it->kick.velocity_base);
-  kith_field_copy_awake(it->nodes, hydro->energy, it->energy_base);
-  it->kick.time = 0;
-  kith_kick(it, dt);
-  kith_drift(it, hydro->velocity, 0.5 * dt);
+  kith_correct(it, *dt);
+  kith_drift(it, 0.5 * *dt);
   return KITH_OK;
 }
 
