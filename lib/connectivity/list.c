@@ -138,7 +138,6 @@ void kith_list_destroy(struct kith_list **list) {
   if (l == NULL) return;
   kith_free(&l->target);
   kith_free(&l->row);
-  kith_free(&l->source);
   kith_free(&l->column);
   kith_stored_clear(&l->stored);
   kith_rebuilds_clear(&l->rebuilds);
@@ -146,28 +145,24 @@ void kith_list_destroy(struct kith_list **list) {
   kith_free(list);
 }
 
-/* Numbers the selected ones of the first `n` nodes: their ordinals, and the nodes by ordinal. */
-static kith_status number(const struct kith_selection *selection, kith_index n, kith_index **node,
-                          size_t *nodes_capacity, kith_index **ordinal, size_t *ordinals_capacity,
-                          kith_index *count) {
-  const size_t all = (size_t)kith_nodes_count(selection->nodes);
-  KITH_TRY(kith_reserve(node, nodes_capacity, all, sizeof **node));
-  KITH_TRY(kith_reserve(ordinal, ordinals_capacity, all, sizeof **ordinal));
+/* Numbers the selected ones of the first `n` nodes: the ordinals of all nodes. */
+static kith_status number(const struct kith_selection *selection, kith_index n, kith_index **ordinal,
+                          size_t *capacity, kith_index *count) {
+  const kith_index all = kith_nodes_count(selection->nodes);
+  KITH_TRY(kith_reserve(ordinal, capacity, (size_t)all, sizeof **ordinal));
   *count = 0;
-  for (kith_index i = 0; i < (kith_index)all; ++i) {
-    const bool is_one = i < n && kith_selects(selection, i);
-    (*ordinal)[i] = is_one ? *count : -1;
-    if (is_one) (*node)[(*count)++] = i;
-  }
+  for (kith_index i = 0; i < all; ++i) (*ordinal)[i] = i < n && kith_selects(selection, i) ? (*count)++ : -1;
   return KITH_OK;
 }
 
 static kith_status number_both(struct kith_list *l) {
   const struct kith_selection *t = &l->spec.targets, *s = &l->spec.sources;
-  KITH_TRY(number(t, t->ghosts ? kith_nodes_count(t->nodes) : t->nodes->n_internal, &l->target,
-                  &l->targets_capacity, &l->row, &l->rows_capacity, &l->n_targets));
-  return number(s, kith_nodes_count(s->nodes), &l->source, &l->sources_capacity, &l->column,
-                &l->columns_capacity, &l->n_sources);
+  const kith_index n = t->ghosts ? kith_nodes_count(t->nodes) : t->nodes->n_internal;
+  KITH_TRY(number(t, n, &l->row, &l->rows_capacity, &l->n_targets));
+  KITH_TRY(kith_reserve(&l->target, &l->targets_capacity, (size_t)l->n_targets, sizeof *l->target));
+  for (kith_index i = 0; i < n; ++i)
+    if (l->row[i] >= 0) l->target[l->row[i]] = i;
+  return number(s, kith_nodes_count(s->nodes), &l->column, &l->columns_capacity, &l->n_sources);
 }
 
 static kith_status make_rows(struct kith_list *l) {

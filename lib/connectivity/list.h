@@ -4,8 +4,8 @@
  * nodes. A specification says all of it; what is missing or contradicts itself is refused by name. The rows
  * of hydro packages are built from one as well (connectivity.h).
  *
- * Ordinals. Target t = 0 .. n_targets - 1 is node target[t], and row[i] is t again, or -1; the same of
- * sources and column[j]. Rows hold nodes, ascending unless `unsorted`.
+ * Ordinals. Target t = 0 .. n_targets - 1 is node target[t], and row[i] is t again, or -1; column[j] is the
+ * ordinal of a source, or -1. Rows hold nodes, ascending unless `unsorted`.
  *
  * A list is made by kith_list_update, which asks its rebuild policies, and is then only read. It is that of
  * this process: targets are its nodes, sources its nodes and ghosts. What is decided, that of all ranks. */
@@ -44,12 +44,12 @@ kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kit
 struct kith_list {
   struct kith_list_spec spec;
   kith_index n_targets, n_sources;
-  kith_index *target, *row, *source, *column; /* ordinals: see above */
+  kith_index *target, *row, *column; /* ordinals: see above */
   struct kith_stored stored;
   uint64_t builds; /* so far */
   bool built, invalidated;
   uint64_t ghosts[2]; /* generations, of the nodes of targets and sources */
-  size_t targets_capacity, rows_capacity, sources_capacity, columns_capacity;
+  size_t targets_capacity, rows_capacity, columns_capacity;
   struct kith_rebuilds rebuilds;
   struct kith_builder scratch;
 };

@@ -27,7 +27,7 @@ static inline bool oracle_holds(const struct kith_nodes *nodes, int i, int k) {
 static inline bool oracle_rejected(const struct kith_excluder *chain, const struct kith_nodes *nodes, int i,
                                    int j) {
   const struct kith_selection all = {.nodes = nodes};
-  const struct kith_candidate candidate = {&all, &all, i, j, i, j, nodes->shifts.zero};
+  const struct kith_candidate candidate = {&all, &all, i, j, nodes->shifts.zero};
   for (; chain; chain = chain->next)
     if (chain->ops->reject(chain, &candidate)) return true;
   return false;

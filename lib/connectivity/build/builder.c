@@ -41,7 +41,6 @@ size_t kith_builder_bytes(const struct kith_builder *scratch) {
 int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, kith_index i, int from,
                        const struct kith_packed *near, uint64_t *hit) {
   struct kith_candidate candidate = {build->targets, build->sources, .i = i,
-                                     .target = kith_build_row(build, i),
                                      .shift = build->sources->nodes->shifts.zero};
   int count = 0;
   for (int w = 0; w < near->words; ++w) {
@@ -49,7 +48,6 @@ int kith_build_exclude(const struct kith_build *build, enum kith_phase phase, ki
       const int k = __builtin_ctzll(bits);
       candidate.j = near->node[64 * w + k];
       if (build->shifts != NULL) candidate.shift = build->shifts->zero + near->shift[64 * w + k] - from;
-      candidate.source = build->column != NULL ? build->column[candidate.j] : candidate.j;
       if (kith_excluder_rejects(build->excluders, phase, &candidate)) hit[w] &= ~(UINT64_C(1) << k);
     }
     count += __builtin_popcountll(hit[w]);

@@ -18,8 +18,7 @@ enum kith_phase { KITH_BROAD, KITH_NARROW };
 struct kith_candidate {
   const struct kith_selection *targets, *sources;
   kith_index i, j;
-  kith_index target, source; /* their ordinals in the list (list.h) */
-  int shift;                 /* j is this image of its node (lib/nodes/shifts.h) */
+  int shift; /* j is this image of its node (lib/nodes/shifts.h) */
 };
 /* The displacement of j from the node that it is a periodic image of; 0 if it is no image. False if it is a
  * mirror image, or a ghost of another rank. */

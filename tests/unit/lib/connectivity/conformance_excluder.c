@@ -92,7 +92,7 @@ static void check_words(void) {
   struct kith_excluders chain;
   const struct kith_selection set = {.nodes = nodes};
 #define REJECTS(i, j) \
-  kith_excluder_rejects(chain.excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, i, j, i, j, 0})
+  kith_excluder_rejects(chain.excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, i, j, 0})
   CHECK_OK(kith_excluders_create(&chain, "connected:field=chain"));
   CHECK_OK(kith_excluder_setup(chain.excluder, &set, &set));
   CHECK(REJECTS(1, 5) && !REJECTS(1, 6)); /* chain 1 is nodes 1, 5, ... */
@@ -103,7 +103,7 @@ static void check_words(void) {
   CHECK_OK(kith_excluders_create(&chain, "materials:of=dust"));
   CHECK_OK(kith_excluder_setup(chain.excluder, &set, &set));
 #define BROAD(i, j) \
-  kith_excluder_rejects(chain.excluder, KITH_BROAD, &(struct kith_candidate){&set, &set, i, j, i, j, 0})
+  kith_excluder_rejects(chain.excluder, KITH_BROAD, &(struct kith_candidate){&set, &set, i, j, 0})
   CHECK(BROAD(30, 31) && !BROAD(0, 1) && !BROAD(0, 31));
   kith_excluders_clear(&chain);
   kith_nodes_destroy(&nodes);
@@ -120,7 +120,7 @@ static void check_bonds(void) {
   id[3][0] = 0, id[3][1] = 1; /* set up again, it knows of the new bond */
   CHECK(conforms(nodes, &excluder) <= one + 2);
   const struct kith_selection set = {.nodes = nodes};
-  CHECK(kith_excluder_rejects(&excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, 1, 0, 1, 0, 0}));
+  CHECK(kith_excluder_rejects(&excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, 1, 0, 0}));
   kith_excluder_bonds.clear(&excluder);
   kith_nodes_destroy(&nodes);
 }

@@ -47,7 +47,7 @@ static size_t check_rows(const struct kith_list *l) {
     const kith_index i = l->target[t], *row = kith_stored_row(&l->stored, t, space, &n);
     size_t e = 0;
     for (kith_index j = 0; j < kith_nodes_count(sources); ++j) {
-      const struct kith_candidate candidate = {&spec->targets, &spec->sources, i, j, t, l->column[j], 0};
+      const struct kith_candidate candidate = {&spec->targets, &spec->sources, i, j, 0};
       if (!kith_selects(&spec->sources, j) || !by_definition(spec, i, j)) continue;
       if (l->stored.ops->upper && j < i) continue;
       if (kith_excluder_rejects(spec->excluders, KITH_BROAD, &candidate) ||
@@ -76,7 +76,7 @@ static void check_ordinals(const struct kith_list *l) {
   }
   for (kith_index j = 0; j < kith_nodes_count(l->spec.sources.nodes); ++j) {
     CHECK(l->column[j] == (kith_selects(&l->spec.sources, j) ? s : -1));
-    if (kith_selects(&l->spec.sources, j)) CHECK(l->source[s++] == j);
+    s += kith_selects(&l->spec.sources, j);
   }
   CHECK(t == l->n_targets && s == l->n_sources);
 }
