@@ -101,9 +101,9 @@ kith_status kith_boundaries_make_ghosts(struct kith_boundaries *boundaries, stru
     struct kith_boundary *boundary = boundaries->boundary[b];
     const kith_index before = nodes->n_ghost;
     kith_profile_begin(profile, boundary->ops->name);
-    if (status == KITH_OK)
+    if (status == KITH_OK && boundary->ops->ghosts != NULL)
       status = boundary->ops->ghosts(boundary, nodes, radius_factor);
-    else if (boundary->ops->abstain != NULL)
+    else if (status != KITH_OK && boundary->ops->abstain != NULL)
       boundary->ops->abstain(boundary, nodes);
     boundary->made = nodes->n_ghost - before;
     kith_profile_count(profile, "ghosts", boundary->made);

@@ -38,7 +38,7 @@ struct kith_boundary_ops {
    * boundary->most, of which the maxima over all ranks are taken. NULL: nothing to measure. */
   void (*measure)(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor);
   /* Appends ghost blocks to the nodes; radius_factor is f. Works on this rank alone, or by messages between
-   * neighbor ranks. */
+   * neighbor ranks. NULL: it makes none. */
   kith_status (*ghosts)(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor);
   /* Called instead of `ghosts` on a rank that has failed, for members whose ranks wait for each other. NULL:
    * they do not wait. */

@@ -73,11 +73,6 @@ static kith_status continue_zone(struct kith_boundary *boundary, struct kith_nod
   return KITH_OK;
 }
 
-static kith_status no_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
-  (void)boundary, (void)nodes, (void)radius_factor;
-  return KITH_OK;
-}
-
 const struct kith_boundary_ops kith_boundary_inflow = {
     .name = "inflow",
     .doc = "gas enters, layer by layer, with a state that may depend on time",
@@ -91,7 +86,6 @@ const struct kith_boundary_ops kith_boundary_outflow = {
     .name = "outflow",
     .doc = "gas leaves, and waves with it",
     KITH_SETTINGS(outflow_params, kith_flow_settings),
-    .ghosts = no_ghosts,
     .has_faces = true,
     .leaves = true,
 };

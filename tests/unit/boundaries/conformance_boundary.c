@@ -510,7 +510,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   struct kith_nodes *nobody = NULL;
   const bool both = !ops->one_side && !kith_boundary_passes(ops);
   void *settings = settings_of(ops);
-  CHECK(ops->doc != NULL && ops->ghosts != NULL && kith_boundary_find(ops->name) == ops);
+  CHECK(ops->doc != NULL && kith_boundary_find(ops->name) == ops);
   CHECK(!(ops->wraps && ops->one_side) && (ops->has_faces || !(ops->wraps || ops->one_side)));
   CHECK((ops->enforce != NULL) == (ops->has_faces && !kith_boundary_passes(ops)));
   CHECK(!(ops->wraps && ops->keeps_lists)); /* a wrap takes a node away from its neighbors */
