@@ -57,7 +57,7 @@ static kith_status make_successor(struct kith_integrator *it, const struct kith_
 }
 
 static kith_status enter(struct kith_integrator *it, const struct kith_boundary *b, struct kith_sum *sums,
-                         bool *changed) {
+                         uint64_t *changes) {
   struct kith_nodes *nodes = it->nodes;
   const uint8_t flag = kith_flow_flag(b);
   KITH_TRY(impose_state(it, b));
@@ -73,7 +73,7 @@ static kith_status enter(struct kith_integrator *it, const struct kith_boundary 
                   b->ops->name, b->axis);
     }
     if (entering == 0) continue;
-    *changed = true;
+    *changes += 1;
     KITH_TRY(kith_nodes_append(nodes, l, entering, &next));
     for (kith_index i = list->first; i < end; ++i) {
       if (nodes->flag->u8[i] != flag || depth_of(it, b, i) > 0) continue;
@@ -89,7 +89,7 @@ static kith_status enter(struct kith_integrator *it, const struct kith_boundary 
 
 /* Flags gas that leaves through the face, or comes back, and deletes nodes behind the zone. */
 static kith_status leave(struct kith_integrator *it, const struct kith_boundary *b, struct kith_sum *sums,
-                         bool *changed) {
+                         uint64_t *changes) {
   struct kith_nodes *nodes = it->nodes;
   uint8_t *dead = NULL;
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
@@ -98,14 +98,14 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
     if (*flag == (depth > 0 ? KITH_GAS : zone)) {
       add_to_sums(it, i, depth > 0 ? -1 : 1, sums);
       *flag = depth > 0 ? zone : KITH_GAS;
-      *changed = true;
+      *changes += 1;
     }
     if (*flag != zone || depth <= kith_flow_deepest(b)) continue;
     if (dead == NULL) KITH_TRY(kith_resize(&dead, 0, (size_t)nodes->n_internal, 1));
     dead[i] = 1;
   }
   if (dead == NULL) return KITH_OK;
-  *changed = true;
+  *changes += 1;
   const kith_status status = kith_nodes_delete(nodes, dead);
   kith_free(&dead);
   return status;
@@ -145,28 +145,21 @@ static bool passes(const struct kith_integrator *it, int b) {
   return kith_boundary_passes(it->boundaries->boundary[b]->ops);
 }
 
-/* Sums over all ranks what entered and left. */
-static kith_status agree(const struct kith_integrator *it, struct kith_sum *sums, uint64_t *changed,
-                         kith_status status) {
-  struct kith_shared parts[1 + SUMS] = {{KITH_SHARE_SUM, 1, changed}};
-  for (int k = 0; k < SUMS; ++k) parts[1 + k] = kith_sum_shared(&sums[k]);
-  return kith_ranks_agree(it->nodes->ranks, status, 1 + SUMS, parts);
-}
-
 kith_status kith_flow_exchange(struct kith_integrator *it) {
   struct kith_sum sums[SUMS] = {0};
-  uint64_t changes;
-  bool any = false, changed = false;
+  uint64_t changes = 0;
+  struct kith_shared parts[1 + SUMS] = {{KITH_SHARE_SUM, 1, &changes}};
+  bool any = false;
   kith_status status = KITH_OK;
   for (int k = 0; k < it->boundaries->n; ++k) {
     const struct kith_boundary *b = it->boundaries->boundary[k];
     if (!passes(it, k)) continue;
     any = true;
-    if (status == KITH_OK) status = (b->ops->enters ? enter : leave)(it, b, sums, &changed);
+    if (status == KITH_OK) status = (b->ops->enters ? enter : leave)(it, b, sums, &changes);
   }
   if (!any) return KITH_OK;
-  changes = changed;
-  KITH_TRY(agree(it, sums, &changes, status));
+  for (int k = 0; k < SUMS; ++k) parts[1 + k] = kith_sum_shared(&sums[k]);
+  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 1 + SUMS, parts));
   if (changes == 0) return KITH_OK;
   struct kith_through *through = &it->hydro->through;
   through->mass += kith_sum_value(&sums[MASS]);
