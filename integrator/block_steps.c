@@ -20,40 +20,33 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
   struct kith_blocks *b = it->self;
   b->settings = settings;
   b->swings = kith_package_traits(it->package->ops, it->package->settings).swings;
-#define SCALAR(name, role, doc) \
-  { name, KITH_SCALAR, KITH_F64, role, NULL, doc }
-#define VECTOR(name, role, doc) \
-  { name, KITH_VECTOR, KITH_F64, role, NULL, doc }
   const struct kith_field_row fields[] = {
-      {true, SCALAR("tick_last", KITH_STATE, "tick of the last activity"), &b->steps.last},
-      {true, SCALAR("tick_step", KITH_STATE, "the step then, in ticks"), &b->steps.step},
-      {true, SCALAR("tick_next", KITH_STATE, "the step that an active node takes now"), &b->steps.next},
-      {true, SCALAR("tick_wanted", KITH_STATE, "the same without regard to neighbors"), &b->wanted},
-      {true, SCALAR("tick_due", KITH_WORK, "tick of the next activity"), &b->due},
-      {true,
-       {"position_base", KITH_POSITION, KITH_F64, KITH_WORK, NULL, "position at the last activity"},
-       &b->position_base},
-      {true, SCALAR("support_base", KITH_WORK, "support at the last activity"), &b->support_base},
-      {true, SCALAR("density_base", KITH_WORK, "density at the last activity"), &b->density_base},
-      {true,
-       {"velocity_last", KITH_VELOCITY, KITH_F64, KITH_WORK, NULL, "velocity at the last activity"},
+      {true, KITH_SPEC(SCALAR, STATE, "tick_last", "tick of the last activity"), &b->steps.last},
+      {true, KITH_SPEC(SCALAR, STATE, "tick_step", "the step then, in ticks"), &b->steps.step},
+      {true, KITH_SPEC(SCALAR, STATE, "tick_next", "the step that an active node takes now"), &b->steps.next},
+      {true, KITH_SPEC(SCALAR, STATE, "tick_wanted", "the same without regard to neighbors"), &b->wanted},
+      {true, KITH_SPEC(SCALAR, WORK, "tick_due", "tick of the next activity"), &b->due},
+      {true, KITH_SPEC(POSITION, WORK, "position_base", "position at the last activity"), &b->position_base},
+      {true, KITH_SPEC(SCALAR, WORK, "support_base", "support at the last activity"), &b->support_base},
+      {true, KITH_SPEC(SCALAR, WORK, "density_base", "density at the last activity"), &b->density_base},
+      {true, KITH_SPEC(VELOCITY, WORK, "velocity_last", "velocity at the last activity"),
        &b->steps.velocity_last},
-      {true, SCALAR("energy_last", KITH_WORK, "energy at the last activity"), &b->steps.energy_last},
-      {true, VECTOR("impulse", KITH_WORK, "of pairs, at this tick"), &b->steps.impulse},
-      {true, SCALAR("impulse_heat", KITH_WORK, "of pairs, at this tick"), &b->steps.heat},
-      {true, VECTOR("opening", KITH_KEPT, "impulse of the next base step, per time"), &b->steps.opening},
-      {true, SCALAR("opening_heat", KITH_KEPT, "the same of the energy"), &b->steps.opening_heat},
+      {true, KITH_SPEC(SCALAR, WORK, "energy_last", "energy at the last activity"), &b->steps.energy_last},
+      {true, KITH_SPEC(VECTOR, WORK, "impulse", "of pairs, at this tick"), &b->steps.impulse},
+      {true, KITH_SPEC(SCALAR, WORK, "impulse_heat", "of pairs, at this tick"), &b->steps.heat},
+      {true, KITH_SPEC(VECTOR, KEPT, "opening", "impulse of the next base step, per time"),
+       &b->steps.opening},
+      {true, KITH_SPEC(SCALAR, KEPT, "opening_heat", "the same of the energy"), &b->steps.opening_heat},
       {kith_external_force_acts(&it->hydro->external_force),
-       SCALAR("fall_missed", KITH_WORK, "by kicks between ticks"), &b->steps.fall},
+       KITH_SPEC(SCALAR, WORK, "fall_missed", "by kicks between ticks"), &b->steps.fall},
       {it->hydro->outside_force != NULL,
-       VECTOR("outside_opening", KITH_OWN_WORK, "of partners that are no gas"), &b->steps.outside},
+       KITH_SPEC(VECTOR, OWN_WORK, "outside_opening", "of partners that are no gas"), &b->steps.outside},
       {it->hydro->outside_force != NULL,
-       SCALAR("outside_opening_power", KITH_OWN_WORK, "the same of the energy"), &b->steps.outside_power},
-      {true, SCALAR("rate_last", KITH_KEPT, "du/dt at the last activity"), &b->steps.rate_last},
-      {true, SCALAR("rate_slope", KITH_KEPT, "slope of du/dt before then"), &b->steps.rate_slope},
+       KITH_SPEC(SCALAR, OWN_WORK, "outside_opening_power", "the same of the energy"),
+       &b->steps.outside_power},
+      {true, KITH_SPEC(SCALAR, KEPT, "rate_last", "du/dt at the last activity"), &b->steps.rate_last},
+      {true, KITH_SPEC(SCALAR, KEPT, "rate_slope", "slope of du/dt before then"), &b->steps.rate_slope},
       {0}};
-#undef SCALAR
-#undef VECTOR
   KITH_TRY(kith_nodes_fields(it->nodes, fields));
   b->steps.velocity = it->kick.velocity_base, b->steps.energy = it->energy_base;
   return KITH_OK;

@@ -11,14 +11,11 @@ KITH_FAMILY(kith_scheme, KITH_SCHEME_LIST(X))
 kith_status kith_integrator_init(struct kith_integrator *it) {
   static const char *const names[] = {"built_radius", "built_support", "built_x", "built_y", "built_z"};
   const struct kith_field_row fields[] = {
-      {true,
-       {"velocity_base", KITH_VELOCITY, KITH_F64, KITH_OWN_WORK, NULL, "velocity at the start of the kick"},
+      {true, KITH_SPEC(VELOCITY, OWN_WORK, "velocity_base", "velocity at the start of the kick"),
        &it->kick.velocity_base},
-      {true,
-       {"energy_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "energy at the start of the kick"},
-       &it->energy_base},
+      {true, KITH_SPEC(SCALAR, OWN_WORK, "energy_base", "energy at the start of the kick"), &it->energy_base},
       {!it->scheme->stages && !kith_scheme_has_blocks(it->scheme, it->settings),
-       {"energy_rate_last", KITH_SCALAR, KITH_F64, KITH_OWN_KEPT, NULL, "du/dt, one evaluation earlier"},
+       KITH_SPEC(SCALAR, OWN_KEPT, "energy_rate_last", "du/dt, one evaluation earlier"),
        &it->energy_rate_last},
       {it->follows,
        {"window_even", KITH_SCALAR, KITH_U8, KITH_WORK, NULL, "is it disturbed, or near such nodes?"},

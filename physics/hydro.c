@@ -39,7 +39,7 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
       {true,
        {"acceleration", KITH_VECTOR, KITH_F64, KITH_OWN_KEPT, "Accelerations", "dv/dt"},
        &hydro->acceleration},
-      {true, {"energy_rate", KITH_SCALAR, KITH_F64, KITH_OWN_KEPT, NULL, "du/dt"}, &hydro->energy_rate},
+      {true, KITH_SPEC(SCALAR, OWN_KEPT, "energy_rate", "du/dt"), &hydro->energy_rate},
       {0}};
   hydro->nodes = nodes;
   hydro->halo = NULL;
@@ -133,11 +133,9 @@ kith_status kith_hydro_physical(const struct kith_hydro *hydro) {
 
 kith_status kith_hydro_flag(struct kith_hydro *hydro) {
   const struct kith_field_row table[] = {
-      {true,
-       {"outside_force", KITH_VECTOR, KITH_F64, KITH_OWN_WORK, NULL, "of partners that are no gas"},
+      {true, KITH_SPEC(VECTOR, OWN_WORK, "outside_force", "of partners that are no gas"),
        &hydro->outside_force},
-      {true,
-       {"outside_power", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "dE/dt by partners that are no gas"},
+      {true, KITH_SPEC(SCALAR, OWN_WORK, "outside_power", "dE/dt by partners that are no gas"),
        &hydro->outside_power},
       {0}};
   KITH_TRY(kith_nodes_flag(hydro->nodes));

@@ -34,14 +34,12 @@ kith_status kith_package_init(struct kith_package *package) {
        {"velocity_divergence", KITH_SCALAR, KITH_F64, package->recompute ? KITH_KEPT : KITH_OWN_KEPT,
         "VelocityDivergence", "div v"},
        &package->velocity_divergence},
-      {true,
-       {"signal", KITH_SCALAR, KITH_F64, KITH_OWN_KEPT, NULL, "signal speed of the Courant condition"},
+      {true, KITH_SPEC(SCALAR, OWN_KEPT, "signal", "signal speed of the Courant condition"),
        &package->signal},
-      {external,
-       {"pair_acceleration", KITH_VECTOR, KITH_F64, KITH_OWN_KEPT, NULL, "dv/dt without the external force"},
+      {external, KITH_SPEC(VECTOR, OWN_KEPT, "pair_acceleration", "dv/dt without the external force"),
        &package->pair_acceleration},
       {package->compatible,
-       {"energy_correction", KITH_SCALAR, KITH_F64, KITH_OWN_KEPT, NULL, "du/dt by the predicted velocity"},
+       KITH_SPEC(SCALAR, OWN_KEPT, "energy_correction", "du/dt by the predicted velocity"),
        &package->energy_correction},
       {0}};
   package->pair_acceleration = package->hydro->acceleration;

@@ -13,12 +13,12 @@ struct rk4 {
 };
 
 static kith_status create(struct kith_integrator *it) {
-  static const struct kith_field_spec position = {"position_base", KITH_POSITION, KITH_F64,
-                                                  KITH_OWN_WORK,   NULL,          "position at the start"};
+  static const struct kith_field_spec position =
+      KITH_SPEC(POSITION, OWN_WORK, "position_base", "position at the start");
   static const struct kith_field_spec sums[PARTS] = {
-      {"position_sum", KITH_VECTOR, KITH_F64, KITH_OWN_WORK, NULL, "change of position in the step"},
-      {"velocity_sum", KITH_VECTOR, KITH_F64, KITH_OWN_WORK, NULL, "change of velocity in the step"},
-      {"energy_sum", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "change of energy in the step"}};
+      KITH_SPEC(VECTOR, OWN_WORK, "position_sum", "change of position in the step"),
+      KITH_SPEC(VECTOR, OWN_WORK, "velocity_sum", "change of velocity in the step"),
+      KITH_SPEC(SCALAR, OWN_WORK, "energy_sum", "change of energy in the step")};
   const struct kith_hydro *hydro = it->hydro;
   KITH_TRY(kith_resize(&it->self, 0, 1, sizeof(struct rk4)));
   struct rk4 *y = it->self;

@@ -15,14 +15,12 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   static const char *const names[] = {"stage_built_radius", "stage_built_support", "stage_built_x",
                                       "stage_built_y", "stage_built_z"};
   static const struct kith_field_spec start[KITH_START_FIELDS] = {
-      [POSITION] = {"position_base", KITH_POSITION, KITH_F64, KITH_OWN_WORK, NULL, "position at the start"},
-      [SUPPORT] = {"support_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "support at the start"},
-      [ACCELERATION] = {"acceleration_base", KITH_VECTOR, KITH_F64, KITH_OWN_WORK, NULL,
-                        "dv/dt at the start"},
-      [ENERGY_RATE] = {"energy_rate_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "du/dt at the start"},
-      [SOUND_SPEED] = {"sound_speed_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL,
-                       "sound speed at the start"},
-      [DIVERGENCE] = {"expansion_base", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "div v at the start"}};
+      [POSITION] = KITH_SPEC(POSITION, OWN_WORK, "position_base", "position at the start"),
+      [SUPPORT] = KITH_SPEC(SCALAR, OWN_WORK, "support_base", "support at the start"),
+      [ACCELERATION] = KITH_SPEC(VECTOR, OWN_WORK, "acceleration_base", "dv/dt at the start"),
+      [ENERGY_RATE] = KITH_SPEC(SCALAR, OWN_WORK, "energy_rate_base", "du/dt at the start"),
+      [SOUND_SPEED] = KITH_SPEC(SCALAR, OWN_WORK, "sound_speed_base", "sound speed at the start"),
+      [DIVERGENCE] = KITH_SPEC(SCALAR, OWN_WORK, "expansion_base", "div v at the start")};
   struct kith_field *const present[KITH_START_FIELDS] = {
       it->nodes->position,     it->nodes->support,
       it->hydro->velocity,     it->hydro->energy,

@@ -24,7 +24,7 @@ static kith_status register_standing(struct kith_nodes *nodes) {
   static const struct kith_field_spec spec[] = {
       {"position", KITH_POSITION, KITH_F64, KITH_STATE, "Coordinates", "position"},
       {"support", KITH_SCALAR, KITH_F64, KITH_STATE, "SmoothingLength", "radius of the kernel's support"},
-      {"search_radius", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "radius that the connectivity is built with"},
+      KITH_SPEC(SCALAR, WORK, "search_radius", "radius that the connectivity is built with"),
       {"id", KITH_SCALAR, KITH_I64, KITH_STATE, "ParticleIDs", "global id"},
       {"list", KITH_SCALAR, KITH_U8, KITH_DERIVED, "MaterialIDs", "place of the node's list"}};
   struct kith_field **const field[] = {&nodes->position, &nodes->support, &nodes->search_radius, &nodes->id,
@@ -160,8 +160,8 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
 }
 
 kith_status kith_nodes_stretch(struct kith_nodes *nodes, const double stretch[NDIM]) {
-  static const struct kith_field_spec stretched = {
-      "stretched", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "position in units of the half axes of supports"};
+  static const struct kith_field_spec stretched =
+      KITH_SPEC(VECTOR, WORK, "stretched", "position in units of the half axes of supports");
   nodes->longest = nodes->volume = 1;
   for (int a = 0; a < NDIM; ++a) {
     if (!(stretch[a] >= 1)) KITH_FAIL(BAD_INPUT, "a half axis of %g supports: at least 1", stretch[a]);

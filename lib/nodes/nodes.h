@@ -48,6 +48,9 @@ struct kith_field_spec {
   const char *output; /* snapshot data set, NULL: not in snapshots */
   const char *doc;
 };
+/* That of doubles which snapshots lack: KITH_SPEC(VECTOR, WORK, "name", "doc"). */
+#define KITH_SPEC(kind, role, name, doc) \
+  { name, KITH_##kind, KITH_F64, KITH_##role, NULL, doc }
 
 struct kith_field {
   struct kith_field_spec spec;

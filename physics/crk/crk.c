@@ -161,14 +161,11 @@ static kith_status crk_create(struct kith_package *package) {
   const struct crk_settings *settings = package->settings;
   const bool balsara = kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
-      {true, {"omega", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h factor Omega"}, &crk->omega},
-      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "|curl v|"}, &crk->curl},
-      {balsara,
-       {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
-       &crk->factor},
+      {true, KITH_SPEC(SCALAR, WORK, "omega", "grad-h factor Omega"), &crk->omega},
+      {balsara, KITH_SPEC(SCALAR, OWN_WORK, "curl", "|curl v|"), &crk->curl},
+      {balsara, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &crk->factor},
       {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
-       {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
-       &crk->shear},
+       KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &crk->shear},
       {0}};
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   crk->moments.omega = crk->omega;

@@ -195,19 +195,11 @@ kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_
 
 kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes) {
   const struct kith_field_row fields[] = {
-      {true,
-       {"kernel_scale", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "A of the corrected kernel"},
-       &moments->a},
-      {true, {"kernel_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "C"}, &moments->c},
-      {true,
-       {"kernel_scale_gradient", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dA + C"},
-       &moments->a_gradient},
-      {true,
-       {"kernel_slope_gradient", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dC_b/dx_c"},
-       &moments->c_gradient},
-      {true,
-       {"spacing_change", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "of the spacing from node to node"},
-       &moments->change},
+      {true, KITH_SPEC(SCALAR, WORK, "kernel_scale", "A of the corrected kernel"), &moments->a},
+      {true, KITH_SPEC(VECTOR, WORK, "kernel_slope", "C"), &moments->c},
+      {true, KITH_SPEC(VECTOR, WORK, "kernel_scale_gradient", "dA + C"), &moments->a_gradient},
+      {true, KITH_SPEC(TENSOR, WORK, "kernel_slope_gradient", "dC_b/dx_c"), &moments->c_gradient},
+      {true, KITH_SPEC(SCALAR, KEPT, "spacing_change", "of the spacing from node to node"), &moments->change},
       {0}};
   return kith_nodes_fields(nodes, fields);
 }

@@ -127,19 +127,12 @@ static kith_status magma2_create(struct kith_package *package) {
   const struct magma2_settings *settings = package->settings;
   const bool balsara = kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
-      {true,
-       {"matrix", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "inverse of the moments of the neighbors"},
-       &m->matrix},
-      {settings->pressure_dissipation > 0,
-       {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"},
-       &m->slope},
-      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "|curl v|"}, &m->curl},
-      {balsara,
-       {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
-       &m->factor},
+      {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &m->matrix},
+      {settings->pressure_dissipation > 0, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &m->slope},
+      {balsara, KITH_SPEC(SCALAR, OWN_WORK, "curl", "|curl v|"), &m->curl},
+      {balsara, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &m->factor},
       {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
-       {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
-       &m->shear},
+       KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &m->shear},
       {0}};
   return kith_nodes_fields(package->hydro->nodes, fields);
 }

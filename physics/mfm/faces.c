@@ -7,14 +7,10 @@
 kith_status mfm_faces_init(struct mfm_faces *f) {
   const bool integrated = f->form == MFM_FACES_INTEGRATED;
   const struct kith_field_row fields[] = {
-      {!integrated,
-       {"face_matrix", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "V M^-1 of one-point faces"},
-       &f->matrix},
-      {integrated,
-       {"face_quadrature", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "sqrt(V) / s of integrated faces"},
+      {!integrated, KITH_SPEC(SYMMETRIC, WORK, "face_matrix", "V M^-1 of one-point faces"), &f->matrix},
+      {integrated, KITH_SPEC(SCALAR, WORK, "face_quadrature", "sqrt(V) / s of integrated faces"),
        &f->quadrature},
-      {integrated,
-       {"face_stretch", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "stretch of integrated faces, less 1"},
+      {integrated, KITH_SPEC(SCALAR, WORK, "face_stretch", "stretch of integrated faces, less 1"),
        &f->stretch},
       {0}};
   return kith_nodes_fields(f->nodes, fields);

@@ -280,8 +280,8 @@ static kith_status mfm_create(struct kith_package *package) {
   const struct mfm_settings *settings = package->settings;
   struct mfm *mfm = package->self;
   const struct kith_field_row fields[] = {
-      {true, {"velocity_slope", KITH_TENSOR, KITH_F64, KITH_WORK, NULL, "dv_a/dx_b"}, &mfm->velocity_slope},
-      {true, {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"}, &mfm->pressure_slope},
+      {true, KITH_SPEC(TENSOR, WORK, "velocity_slope", "dv_a/dx_b"), &mfm->velocity_slope},
+      {true, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &mfm->pressure_slope},
       {0}};
   if (settings->faces == MFM_FACES_INTEGRATED && package->barrier != NULL)
     KITH_FAIL(BAD_INPUT,

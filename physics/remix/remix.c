@@ -115,22 +115,15 @@ static kith_status remix_create(struct kith_package *package) {
   const struct remix_settings *settings = package->settings;
   const bool balsara = kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
-      {true, {"volume", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "that follows the flow"}, &remix->volume},
-      {true,
-       {"expansion", KITH_SCALAR, KITH_F64, KITH_KEPT, NULL, "div v when the volume was evaluated"},
-       &remix->expansion},
-      {true, {"omega", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h factor Omega"}, &remix->omega},
-      {true,
-       {"matrix", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "inverse of the moments of the neighbors"},
-       &remix->matrix},
-      {true, {"pressure_slope", KITH_VECTOR, KITH_F64, KITH_WORK, NULL, "dP/dx"}, &remix->slope},
-      {balsara, {"curl", KITH_SCALAR, KITH_F64, KITH_OWN_WORK, NULL, "|curl v|"}, &remix->curl},
-      {balsara,
-       {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
-       &remix->factor},
+      {true, KITH_SPEC(SCALAR, KEPT, "volume", "that follows the flow"), &remix->volume},
+      {true, KITH_SPEC(SCALAR, KEPT, "expansion", "div v when the volume was evaluated"), &remix->expansion},
+      {true, KITH_SPEC(SCALAR, WORK, "omega", "grad-h factor Omega"), &remix->omega},
+      {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &remix->matrix},
+      {true, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &remix->slope},
+      {balsara, KITH_SPEC(SCALAR, OWN_WORK, "curl", "|curl v|"), &remix->curl},
+      {balsara, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &remix->factor},
       {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
-       {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
-       &remix->shear},
+       KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &remix->shear},
       {0}};
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   remix->moments.omega = remix->omega;

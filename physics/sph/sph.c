@@ -206,20 +206,16 @@ static kith_status sph_create(struct kith_package *package) {
   const bool rising = settings->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
   const bool switched = rising || kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
-      {true, {"grad_h_term", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "grad-h mass X"}, &sph->grad_h_term},
-      {limited,
-       {"shear", KITH_SYMMETRIC, KITH_F64, KITH_WORK, NULL, "symmetric part of dv_a/dx_b"},
-       &sph->shear},
+      {true, KITH_SPEC(SCALAR, WORK, "grad_h_term", "grad-h mass X"), &sph->grad_h_term},
+      {limited, KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &sph->shear},
       {switched,
        {"curl", KITH_SCALAR, KITH_F64, package->recompute ? KITH_WORK : KITH_OWN_WORK, NULL, "|curl v|"},
        &sph->curl},
-      {rising, {"compression", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "d(div v)/dt"}, &sph->compression},
+      {rising, KITH_SPEC(SCALAR, WORK, "compression", "d(div v)/dt"), &sph->compression},
       {rising,
        {"viscosity", KITH_SCALAR, KITH_F64, KITH_KEPT, "Viscosity", "viscosity switch"},
        &sph->viscosity_switch},
-      {switched,
-       {"viscosity_factor", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "what multiplies the viscosity"},
-       &sph->factor},
+      {switched, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &sph->factor},
       {0}};
   sph->all_terms = settings->conduction > 0 || settings->pressure_dissipation > 0 || is_stretched(settings) ||
                    settings->density == SPH_DENSITY_NODES;
