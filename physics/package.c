@@ -83,12 +83,6 @@ void kith_package_start_refresh(struct kith_package *package, int n, struct kith
   kith_profile_end(package->profile);
 }
 
-void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields) {
-  kith_profile_begin(package->profile, "refresh");
-  kith_halo_refresh(package->hydro->halo, package->hydro->nodes, fields, n);
-  kith_profile_end(package->profile);
-}
-
 const char *kith_limit_name(enum kith_limit limit) {
   static const char *const names[] = {
 #define X(name) #name,

@@ -173,8 +173,6 @@ struct kith_requirements kith_package_requirements(const struct kith_package *pa
 /* Starts to refresh ghost values of these fields, as profile stage `refresh`: those of remote ghosts arrive
  * during the next sweep, or when the next exchange starts. Collective. */
 void kith_package_start_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
-/* Refreshes ghost values of these fields, and waits until they have arrived. Collective. */
-void kith_package_refresh(struct kith_package *package, int n, struct kith_field *const *fields);
 
 /* Computes the rates by all packages from this one on: see `evaluate` of the ops. */
 kith_status kith_package_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,

@@ -325,7 +325,9 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
                                   .n_exchanged = n_slopes,
                                   .walls_known = true};
   if (mfm->faces.form == MFM_FACES_INTEGRATED) {
-    kith_package_refresh(package, n_slopes, slopes);
+    kith_profile_begin(package->profile, "refresh");
+    kith_halo_refresh(hydro->halo, hydro->nodes, slopes, n_slopes);
+    kith_profile_end(package->profile);
     force.n_exchanged = 0;
     mfm->faces.profile = package->profile;
     mfm->faces.halo = hydro->halo;
