@@ -5,24 +5,11 @@
 #include <string.h>
 #include "lib/nodes/migrate.h"
 
-void kith_lifecycle_demands(const struct kith_integrator *it, struct kith_demand demand[KITH_DEMANDS]) {
-  memset(demand, 0, KITH_DEMANDS * sizeof *demand);
-  demand[0] = (struct kith_demand){"lifecycle", "culling", {.rows = true}};
-  int n = 1;
-  for (const struct kith_package *p = it->package; p != NULL; p = p->next)
-    demand[n++] = (struct kith_demand){p->ops->name,
-                                       p->ops->couple != NULL                ? "f_couple"
-                                       : p->traversal == KITH_TRAVERSE_PAIRS ? "pairs"
-                                                                             : "gather",
-                                       kith_package_requirements(p)};
-}
-
-/* Returns the union of what all demands require: nothing else is built. */
+/* Returns the union of what packages require, and rows to cull by: nothing else is built. */
 static struct kith_requirements requirements(const struct kith_integrator *it) {
-  struct kith_requirements need = {0};
-  struct kith_demand demand[KITH_DEMANDS];
-  kith_lifecycle_demands(it, demand);
-  for (int k = 0; k < KITH_DEMANDS; ++k) need = kith_requirements_or(need, demand[k].need);
+  struct kith_requirements need = {.rows = true};
+  for (const struct kith_package *p = it->package; p != NULL; p = p->next)
+    need = kith_requirements_or(need, kith_package_requirements(p));
   return need;
 }
 
@@ -292,8 +279,11 @@ static kith_status local_extremes(const struct kith_integrator *it, struct reduc
   const double *radius = nodes->search_radius->f64, *mass = it->hydro->mass->f64;
   double widest = 0, heaviest = -INFINITY, lightest = INFINITY;
   int broken = 0;
-#pragma omp parallel for simd schedule(static) reduction(max : widest, heaviest) reduction(min : lightest) \
-    reduction(| : broken)
+#pragma omp parallel for simd schedule(static) reduction(max                                       \
+                                                         : widest, heaviest) reduction(min         \
+                                                                                       : lightest) \
+    reduction(|                                                                                    \
+              : broken)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     broken |= !(radius[i] < INFINITY);
     widest = KITH_MAX(widest, radius[i]);

@@ -19,15 +19,6 @@
 
 #include "integrator/integrator.h"
 
-/* What a package or the lifecycle itself requires of the connectivity, and why. */
-struct kith_demand {
-  const char *who, *why;
-  struct kith_requirements need;
-};
-enum { KITH_DEMANDS = 2 + KITH_ADDED_PACKAGES }; /* entries without a package are zero */
-void kith_lifecycle_demands(const struct kith_integrator *integrator,
-                            struct kith_demand demand[KITH_DEMANDS]);
-
 /* Runs the lifecycle from the present positions. If integrator->holding, nodes are neither wrapped nor moved
  * to other ranks. If integrator->near.only, its nodes are far from all boundaries: only they are updated in
  * the search, and there are no ghosts. Collective. Failures of other ranks are returned by

@@ -14,7 +14,6 @@
 #include "app/initial/initial_conditions.h"
 #include "app/initial/lattice.h"
 #include "app/plan/forecast.h"
-#include "integrator/lifecycle.h"
 #include "integrator/window.h"
 
 enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
@@ -110,16 +109,34 @@ static int show_pairwise(const struct kith_pairs *pairs) {
   return n;
 }
 
+/* What a package or the lifecycle itself requires of the connectivity, and why. */
+struct demand {
+  const char *who, *why;
+  struct kith_requirements need;
+};
+
+static int list_demands(const struct kith_package *package, struct demand *demand) {
+  int n = 0;
+  demand[n++] = (struct demand){"lifecycle", "culling", {.rows = true}};
+  for (const struct kith_package *p = package; p != NULL; p = p->next)
+    demand[n++] = (struct demand){p->ops->name,
+                                  p->ops->couple != NULL                ? "f_couple"
+                                  : p->traversal == KITH_TRAVERSE_PAIRS ? "pairs"
+                                                                        : "gather",
+                                  kith_package_requirements(p)};
+  return n;
+}
+
 static void show_requirements(const struct kith_simulation *m) {
   const struct kith_connectivity *c = m->connectivity;
   const double n = fmax(m->nodes->n_internal, 1), pairs = fmax((double)c->pairs.n, 1);
-  struct kith_demand demand[KITH_DEMANDS];
-  kith_lifecycle_demands(&m->integrator, demand);
+  struct demand demand[2 + KITH_ADDED_PACKAGES];
+  const int demands = list_demands(&m->package, demand);
   printf("\n  connectivity: only what is required is built\n");
 #define SHOW(name, member, amount, of)                                                     \
   {                                                                                        \
     struct text why = {""};                                                                \
-    for (int d = 0; d < KITH_DEMANDS; ++d)                                                 \
+    for (int d = 0; d < demands; ++d)                                                      \
       if (demand[d].need.member) add(&why, ", ", "%s (%s)", demand[d].who, demand[d].why); \
     if (why.s[0] == '\0') add(&why, "", "not requested");                                  \
     structure(name, c->built.member, 1, amount, of, why.s);                                \
