@@ -53,11 +53,7 @@ kith_status kith_block_steps_create(struct kith_integrator *it, struct kith_bloc
 }
 
 void kith_block_steps_destroy(struct kith_integrator *it) {
-  it->kick.blocks = NULL;
-  if (it->self != NULL) kith_free(&kith_blocks_of(it)->soonest);
-  kith_free(&it->near.node);
-  it->near.capacity = 0;
-  kith_free(&it->self);
+  kith_free(&kith_blocks_of(it)->soonest);
 }
 
 double kith_block_steps_planned(const struct kith_integrator *it) {

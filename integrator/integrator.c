@@ -42,6 +42,7 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
 void kith_integrator_clear(struct kith_integrator *it) {
   if (it->self != NULL && it->scheme->destroy != NULL) it->scheme->destroy(it);
   kith_free(&it->self);
+  kith_free(&it->near.node);
   kith_free(&it->scratch.keep);
   kith_free(&it->scratch.renumber);
 }
