@@ -15,11 +15,6 @@ static inline void copy_mapped(double *restrict out, const double *in, const kit
   }
 }
 
-static inline void copy_plain(int64_t *restrict out, const int64_t *in, const kith_index *restrict control,
-                              kith_index begin, kith_index end) {
-  for (kith_index k = begin; k < end; ++k) out[k] = in[control[k]];
-}
-
 /* How an image changes each component of a field of this kind. */
 struct map {
   double sign[NDIM * NDIM], shift[NDIM * NDIM];
@@ -47,7 +42,8 @@ static void refresh_part(struct kith_field *field, const struct kith_ghost_block
   if (field->spec.type == KITH_U8) {
     for (kith_index k = begin; k < end; ++k) field->u8[first + (size_t)k] = field->u8[control[k]];
   } else if (field->spec.kind == KITH_SCALAR) { /* doubles are copied as words too: bitwise */
-    copy_plain(field->i64 + first, field->i64, control, begin, end);
+    int64_t *restrict to = field->i64 + first;
+    for (kith_index k = begin; k < end; ++k) to[k] = field->i64[control[k]];
   } else {
     const struct map map = map_of(field->spec.kind, &block->image);
     double *to = field->f64 + first;
@@ -118,12 +114,6 @@ static kith_status check_block(const struct kith_nodes *nodes, const struct kith
   return KITH_OK;
 }
 
-static kith_status reserve_block(struct kith_nodes *nodes, kith_index count) {
-  const size_t n = (size_t)nodes->n_blocks;
-  KITH_TRY(kith_nodes_grow(nodes, 0, count));
-  return kith_grow(&nodes->blocks, &nodes->blocks_capacity, n, n + 1, sizeof *nodes->blocks);
-}
-
 static void clear_values(struct kith_nodes *nodes, kith_index first, kith_index count) {
   for (int f = 0; f < nodes->n_fields; ++f) {
     const size_t size = kith_field_node_size(nodes->fields[f]);
@@ -134,8 +124,11 @@ static void clear_values(struct kith_nodes *nodes, kith_index first, kith_index 
 
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block) {
   struct kith_ghost_block fresh = *block;
+  const size_t n = (size_t)nodes->n_blocks;
   kith_status status = check_block(nodes, block);
-  if (status == KITH_OK && fresh.count > 0) status = reserve_block(nodes, fresh.count);
+  if (status == KITH_OK) status = kith_nodes_grow(nodes, 0, fresh.count);
+  if (status == KITH_OK)
+    status = kith_grow(&nodes->blocks, &nodes->blocks_capacity, n, n + 1, sizeof *nodes->blocks);
   if (status != KITH_OK || fresh.count == 0) {
     kith_free(&fresh.control);
     return status;

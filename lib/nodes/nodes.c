@@ -101,12 +101,9 @@ void kith_nodes_destroy(struct kith_nodes **nodes) {
   kith_free(nodes);
 }
 
-static bool same_text(const char *a, const char *b) {
-  return a == b || (a != NULL && b != NULL && strcmp(a, b) == 0);
-}
-
 static bool same_spec(const struct kith_field_spec *a, const struct kith_field_spec *b) {
-  return a->kind == b->kind && a->type == b->type && a->role == b->role && same_text(a->output, b->output);
+  return a->kind == b->kind && a->type == b->type && a->role == b->role &&
+         strcmp(a->output != NULL ? a->output : "", b->output != NULL ? b->output : "") == 0;
 }
 
 static kith_index capacity_of(const struct kith_nodes *nodes, const struct kith_field *field) {
