@@ -4,11 +4,6 @@
 
 #include <string.h>
 
-/* First entry of row i that is above i. */
-static size_t upper_part(const struct kith_rows *rows, kith_index i) {
-  return kith_rows_find(rows, i, i, rows->zero);
-}
-
 kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t entries) {
   KITH_TRY(kith_reserve(&pairs->first, &pairs->first_capacity, (size_t)rows + 1, sizeof *pairs->first));
   pairs->first[0] = 0;
@@ -90,7 +85,8 @@ kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *r
   if (pairs->fields == NULL) KITH_TRY(kith_resize(&pairs->fields, 0, 1, sizeof *pairs->fields));
   KITH_TRY(kith_pairs_reserve(pairs, rows->n, rows->first[rows->n]));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
-  for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] = rows->first[i + 1] - upper_part(rows, i);
+  for (kith_index i = 0; i < rows->n; ++i) /* from the first entry of row i that is above i */
+    pairs->first[i + 1] = rows->first[i + 1] - kith_rows_find(rows, i, i, rows->zero);
   for (kith_index i = 0; i < rows->n; ++i) pairs->first[i + 1] += pairs->first[i];
   pairs->n = pairs->first[rows->n];
   KITH_TRY(kith_pairs_reserve_nodes(pairs, rows->shift != NULL));

@@ -63,11 +63,6 @@ static void drop_common(const struct kith_pairs *pairs, const struct kith_rows *
       common->node[e] = -1;
 }
 
-static kith_index first_changed(const kith_index *renumber, kith_index from, kith_index end) {
-  while (from < end && renumber[from] == from) ++from;
-  return from;
-}
-
 /* --- rows with their pairs --- */
 
 /* Rows of culled nodes are empty by now, and only their offset goes. */
@@ -103,8 +98,7 @@ static kith_status patch(struct kith_rows *rows, struct kith_pairs *pairs, kith_
 kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     const kith_index *renumber, kith_index old_count) {
   struct kith_connectivity *c = connectivity;
-  const struct cull cull = {renumber, nodes->n_internal, old_count,
-                            first_changed(renumber, nodes->n_internal, old_count)};
+  struct cull cull = {renumber, nodes->n_internal, old_count, nodes->n_internal};
   const struct kith_requirements *built = &c->built;
   const kith_index stored = built->ghost_rows ? kith_nodes_count(nodes) : nodes->n_internal;
   if (c->canonical) KITH_FAIL(UNSUPPORTED, "a connectivity in canonical order cannot be patched");
@@ -112,6 +106,7 @@ kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, cons
     if (c->n != old_count)
       KITH_FAIL(STALE, "the connectivity has %d nodes, the renumbering %d", c->n, old_count);
     KITH_TRY(check(&cull, nodes));
+    while (cull.changed < old_count && renumber[cull.changed] == cull.changed) ++cull.changed;
     if (built->overlap)
       KITH_TRY(patch(&c->overlap, built->overlap_pairs ? &c->overlap_pairs : NULL, c->n_internal, NULL, &cull,
                      stored));

@@ -29,15 +29,11 @@ kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node)
   return stored->ops->keep != NULL ? stored->ops->keep(stored, node) : KITH_OK;
 }
 
-/* Bytes that these rows need. */
-static size_t bytes_of(const struct kith_rows *rows) {
-  if (rows->n == 0) return 0;
-  const size_t entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);
-  return ((size_t)rows->n + 1) * sizeof *rows->first + rows->first[rows->n] * entry;
-}
-
 size_t kith_stored_bytes(const struct kith_stored *stored) {
-  return bytes_of(&stored->rows) + (stored->ops->bytes != NULL ? stored->ops->bytes(stored) : 0);
+  const struct kith_rows *rows = &stored->rows;
+  const size_t own = stored->ops->bytes != NULL ? stored->ops->bytes(stored) : 0,
+               entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);
+  return own + (rows->n > 0 ? ((size_t)rows->n + 1) * sizeof *rows->first + rows->first[rows->n] * entry : 0);
 }
 
 void kith_stored_clear(struct kith_stored *stored) {
