@@ -30,8 +30,8 @@ static kith_status check_faces(const struct kith_boundaries *boundaries, const s
 
 kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct kith_boundary_ops *ops,
                                 int axis, double lower, double upper, bool at_lower, bool at_upper) {
-  const int most = (int)(sizeof boundaries->boundary / sizeof boundaries->boundary[0]);
-  if (boundaries->n == most) KITH_FAIL(BAD_INPUT, "more than %d boundaries", most);
+  if (boundaries->n == KITH_MAX_BOUNDARIES)
+    KITH_FAIL(BAD_INPUT, "more than %d boundaries", KITH_MAX_BOUNDARIES);
   const struct kith_boundary wanted = {.ops = ops,
                                        .index = boundaries->n,
                                        .axis = axis,

@@ -56,20 +56,19 @@ void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes
   boundary->most[KITH_IMAGES_OUT + 1] = KITH_MAX(high - upper, 0.0);
 }
 
-/* Extends the line by the ghosts that earlier boundaries made. */
-static void include_ghosts(struct line *line, const struct kith_nodes *nodes) {
-  const double *restrict x = nodes->position->f64 + line->boundary->axis;
+/* Returns the line of the internal nodes, as given, and of the ghosts that earlier boundaries made. */
+static struct line line_of(const struct kith_boundary *boundary, const struct kith_nodes *nodes,
+                           double factor, double low, double high, double widest) {
+  const double *restrict x = nodes->position->f64 + boundary->axis;
   const double *restrict radius = nodes->search_radius->f64;
-  const double factor = line->factor;
-  double low = line->x_min, high = line->x_max, widest = line->search_radius;
 #pragma omp parallel for schedule(static) reduction(min : low) reduction(max : high, widest)
   for (kith_index i = nodes->n_internal; i < kith_nodes_count(nodes); ++i) {
     low = KITH_MIN(low, x[(size_t)i * NDIM]);
     high = KITH_MAX(high, x[(size_t)i * NDIM]);
     widest = KITH_MAX(widest, factor * radius[i]);
   }
-  line->x_min = low, line->x_max = high, line->search_radius = widest;
-  line->slack = 1e-12 * (fabs(line->boundary->lower) + fabs(line->boundary->upper) + widest);
+  return (struct line){boundary, factor, low,
+                       high,     widest, 1e-12 * (fabs(boundary->lower) + fabs(boundary->upper) + widest)};
 }
 
 /* What decides whether a node gets a ghost by one image. */
@@ -185,16 +184,16 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   return KITH_OK;
 }
 
-static kith_status add_images(const struct line *line, struct kith_nodes *nodes, struct hits *hits) {
+static kith_status add_images(const struct line *line, struct kith_nodes *nodes) {
   const size_t n_nodes = (size_t)kith_nodes_count(nodes), chunks = (n_nodes + CHUNK - 1) / CHUNK;
-  hits->n = (kith_index)n_nodes, hits->chunks = (kith_index)chunks;
-  KITH_TRY(kith_nodes_work(nodes, 2 * (n_nodes + chunks) * sizeof **hits->node, &hits->node[0]));
-  hits->node[1] = hits->node[0] + n_nodes;
-  hits->count[0] = hits->node[1] + n_nodes, hits->count[1] = hits->count[0] + chunks;
+  struct hits hits = {.n = (kith_index)n_nodes, .chunks = (kith_index)chunks};
+  KITH_TRY(kith_nodes_work(nodes, 2 * (n_nodes + chunks) * sizeof **hits.node, &hits.node[0]));
+  hits.node[1] = hits.node[0] + n_nodes;
+  hits.count[0] = hits.node[1] + n_nodes, hits.count[1] = hits.count[0] + chunks;
   for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
-    find_hits(line, nodes, n, hits);
-    KITH_TRY(add_image(line, nodes, -n, hits));
-    KITH_TRY(add_image(line, nodes, n, hits));
+    find_hits(line, nodes, n, &hits);
+    KITH_TRY(add_image(line, nodes, -n, &hits));
+    KITH_TRY(add_image(line, nodes, n, &hits));
   }
   return KITH_OK;
 }
@@ -217,13 +216,9 @@ static kith_status too_many(const struct line *line) {
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
-  struct line line = {.boundary = boundary,
-                      .factor = radius_factor,
-                      .x_min = -boundary->most[0],
-                      .x_max = boundary->most[1],
-                      .search_radius = boundary->most[2]};
+  const struct line line =
+      line_of(boundary, nodes, radius_factor, -boundary->most[0], boundary->most[1], boundary->most[2]);
   if (boundary->most[3] > 0) return not_finite(&line);
-  include_ghosts(&line, nodes);
   const double length = boundary->upper - boundary->lower, spread = KITH_MAX(line.x_max - line.x_min, 0.0),
                far = (spread + line.search_radius) * (1 + 1e-12);
   if (!(far < KITH_MOST_IMAGES * length)) return too_many(&line);
@@ -241,18 +236,13 @@ void kith_images_measure_shifts(struct kith_boundary *boundary, const struct kit
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
-  struct line line = {.boundary = boundary,
-                      .factor = radius_factor,
-                      .x_min = boundary->range.low,
-                      .x_max = boundary->range.high,
-                      .search_radius = boundary->range.search_radius};
+  const struct line line = line_of(boundary, nodes, radius_factor, boundary->range.low, boundary->range.high,
+                                   boundary->range.search_radius);
   if (!boundary->range.finite) return not_finite(&line);
   if (kith_nodes_count(nodes) == 0) return KITH_OK;
-  include_ghosts(&line, nodes);
   if (!is_side_done(&line, -KITH_MOST_IMAGES - 1) || !is_side_done(&line, KITH_MOST_IMAGES + 1))
     return too_many(&line);
-  struct hits hits = {0};
-  return add_images(&line, nodes, &hits);
+  return add_images(&line, nodes);
 }
 
 /* ---- enforcing ---- */
