@@ -372,15 +372,10 @@ static kith_status place_near(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* May a package cut rows after they are built? */
-static bool may_cut(const struct kith_integrator *it) {
-  const struct kith_package *p = it->package;
-  while (p != NULL && p->ops->couple == NULL) p = p->next;
-  return p != NULL;
-}
-
 static kith_status make_lists(struct kith_integrator *it, kith_status status) {
-  const bool early = it->nodes->ranks != NULL && may_cull(it) && !may_cut(it);
+  bool early = it->nodes->ranks != NULL && may_cull(it);
+  for (const struct kith_package *p = it->package; p != NULL; p = p->next)
+    early = early && p->ops->couple == NULL; /* which may cut rows */
   it->connectivity->when_marked = early ? tell_marks : NULL, it->connectivity->context = it;
   if (status == KITH_OK) KITH_STAGE(status, it->profile, "neighbors", update_search(it));
   if (status == KITH_OK)
