@@ -199,12 +199,7 @@ size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith
   const kith_index low = KITH_MIN(i, j), high = KITH_MAX(i, j);
   if (!connectivity->built.pairs || low < 0 || low >= rows->n) return pairs->n;
   if (connectivity->canonical && low >= connectivity->n_internal) return pairs->n;
-  size_t e = rows->first[low];
-  const size_t stop = rows->first[low + 1];
-  if (!connectivity->canonical) e = kith_rows_find(rows, low, high, rows->zero);
-  while (connectivity->canonical && e < stop && /* in no order of indices */
-         (rows->node[e] != high || kith_row_shift(rows, e) != rows->zero))
-    ++e;
-  return e < stop && rows->node[e] == high && kith_row_shift(rows, e) == rows->zero ? pairs->of_row[e]
-                                                                                    : pairs->n;
+  for (size_t e = rows->first[low]; e < rows->first[low + 1]; ++e)
+    if (rows->node[e] == high && kith_row_shift(rows, e) == rows->zero) return pairs->of_row[e];
+  return pairs->n;
 }
