@@ -70,7 +70,6 @@ struct kith_search;
  * So f(target, other) for all of the active set, and f(other, target) at once for those of coarser levels,
  * whose own cells do not know the target, is each interaction of two nodes once in each direction. */
 struct kith_cell {
-  int level;
   kith_index targets;
   const kith_index *target;
   int n_active, n_coarser;

@@ -136,8 +136,7 @@ static kith_status walk(struct walk *w) {
     for (end = k + 1; end < search->n && item[end].key == item[k].key;) ++end;
     KITH_TRY(go(w, level, cell));
     if (w->sweep == NULL) continue;
-    const struct kith_cell event = {.level = level,
-                                    .target = w->target + k,
+    const struct kith_cell event = {.target = w->target + k,
                                     .targets = end - k,
                                     .active = w->active.run,
                                     .n_active = w->active.n,
