@@ -242,7 +242,7 @@ static kith_status make_images(struct kith_probes *p, struct set *s) {
   size_t *first = s->images.first;
   memset(first, 0, ((size_t)points->n_internal + 1) * sizeof *first);
   for (kith_index g = 0; g < kith_nodes_count(points); ++g) ++first[points->id->i64[g] + 1];
-  KITH_TRY(kith_rows_sum(&s->images));
+  KITH_TRY(kith_rows_sum(&s->images, -1));
   /* Moves first[k + 1] to where row k begins. */
   for (kith_index g = kith_nodes_count(points) - 1; g >= 0; --g)
     s->images.node[--first[points->id->i64[g] + 1]] = g;

@@ -534,8 +534,7 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   KITH_TRY(test_chunks(build, rows));
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
-  KITH_TRY(kith_rows_sum(rows));
-  KITH_TRY(kith_rows_shift(rows, build->shifts != NULL ? build->shifts->zero : -1));
+  KITH_TRY(kith_rows_sum(rows, build->shifts != NULL ? build->shifts->zero : -1));
   rows->outer = NULL;
   if (kith_build_all_targets(build) && !build->unsorted) {
     KITH_TRY(kith_reserve(&rows->holds_ghosts, &rows->outer_capacity, (size_t)rows->n, 1));

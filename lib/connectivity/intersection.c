@@ -100,8 +100,7 @@ kith_status kith_intersection_build(struct kith_rows *intersection, const struct
   if (pairs->n > INT32_MAX) KITH_FAIL(UNSUPPORTED, "intersections of %zu pairs: there can be 2^31", pairs->n);
   KITH_TRY(kith_rows_reserve(intersection, (kith_index)pairs->n));
   KITH_TRY(run(&pass));
-  KITH_TRY(kith_rows_sum(intersection));
-  KITH_TRY(kith_rows_shift(intersection, rows->shift != NULL ? rows->zero : -1));
+  KITH_TRY(kith_rows_sum(intersection, kith_rows_zero(rows)));
   pass.fill = true;
   return run(&pass);
 }

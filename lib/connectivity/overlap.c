@@ -50,7 +50,7 @@ static kith_status make_spans(const struct kith_rows *rows, const struct kith_bu
   KITH_TRY(kith_rows_reserve(spans, rows->n));
 #pragma omp parallel for schedule(dynamic, 1024) if (rows->n > KITH_FEW)
   for (kith_index k = 0; k < rows->n; ++k) spans->first[k + 1] = spans_of(rows, build, k, NULL, NULL);
-  KITH_TRY(kith_rows_sum(spans));
+  KITH_TRY(kith_rows_sum(spans, -1));
   KITH_TRY(kith_reserve(&build->scratch->bits, &build->scratch->bits_capacity, spans->first[rows->n],
                         sizeof *build->scratch->bits));
 #pragma omp parallel for schedule(dynamic, 1024) if (rows->n > KITH_FEW)
@@ -149,8 +149,7 @@ kith_status kith_overlap_build(struct kith_rows *overlap, const struct kith_rows
   KITH_TRY(make_spans(rows, build));
   KITH_TRY(kith_rows_reserve(overlap, n));
   pass(overlap, rows, build, false);
-  KITH_TRY(kith_rows_sum(overlap));
-  KITH_TRY(kith_rows_shift(overlap, rows->shift != NULL ? rows->zero : -1));
+  KITH_TRY(kith_rows_sum(overlap, kith_rows_zero(rows)));
   pass(overlap, rows, build, true);
   return KITH_OK;
 }

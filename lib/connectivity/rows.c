@@ -10,12 +10,9 @@ kith_status kith_rows_reserve(struct kith_rows *rows, kith_index n) {
   return KITH_OK;
 }
 
-kith_status kith_rows_sum(struct kith_rows *rows) {
+kith_status kith_rows_sum(struct kith_rows *rows, int zero) {
   for (kith_index i = 0; i < rows->n; ++i) rows->first[i + 1] += rows->first[i];
-  return kith_reserve(&rows->node, &rows->entries_capacity, rows->first[rows->n], sizeof *rows->node);
-}
-
-kith_status kith_rows_shift(struct kith_rows *rows, int zero) {
+  KITH_TRY(kith_reserve(&rows->node, &rows->entries_capacity, rows->first[rows->n], sizeof *rows->node));
   rows->shift = NULL, rows->zero = KITH_MAX(zero, 0);
   if (zero < 0) return KITH_OK;
   KITH_TRY(kith_reserve(&rows->shifts, &rows->shifts_capacity, rows->first[rows->n], sizeof *rows->shifts));

@@ -26,10 +26,12 @@ struct kith_rows {
 
 /* Memory for n rows; first[0] = 0. */
 kith_status kith_rows_reserve(struct kith_rows *rows, kith_index n);
-/* first[i + 1] holds the length of row i: sums them up and reserves memory for the entries. */
-kith_status kith_rows_sum(struct kith_rows *rows);
-/* Memory for the shifts of the entries, after kith_rows_sum; zero < 0: there are none. */
-kith_status kith_rows_shift(struct kith_rows *rows, int zero);
+/* first[i + 1] holds the length of row i: sums them up and reserves memory for the entries. zero: the number
+ * of the zero shift of entries that have shifts, or -1. */
+kith_status kith_rows_sum(struct kith_rows *rows, int zero);
+static inline int kith_rows_zero(const struct kith_rows *rows) {
+  return rows->shift != NULL ? rows->zero : -1;
+}
 static inline int kith_row_shift(const struct kith_rows *rows, size_t e) {
   return rows->shift != NULL ? rows->shift[e] : 0;
 }

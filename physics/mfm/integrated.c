@@ -289,8 +289,7 @@ static kith_status find_holders(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   const kith_index n = pass->connectivity->rows.n;
   const struct kith_rows *rows = &pass->connectivity->rows;
-  KITH_TRY(kith_rows_sum(&f->holders));
-  KITH_TRY(kith_rows_shift(&f->holders, rows->shift != NULL ? rows->zero : -1));
+  KITH_TRY(kith_rows_sum(&f->holders, kith_rows_zero(rows)));
   KITH_TRY(kith_reserve(&f->value, &f->value_capacity, f->holders.first[n] * KITH_LANES, sizeof *f->value));
   return kith_traverse(n, holders_chunk_of[f->kernel], pass, 1, 0, NULL, f->profile);
 }

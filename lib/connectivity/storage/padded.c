@@ -27,7 +27,7 @@ static kith_status spill(struct padded *p, const struct kith_rows *rows) {
     const size_t n = rows->first[t + 1] - rows->first[t];
     p->over.first[t + 1] = n > p->width ? n - p->width : 0;
   }
-  KITH_TRY(kith_rows_sum(&p->over));
+  KITH_TRY(kith_rows_sum(&p->over, -1));
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index t = 0; t < rows->n; ++t) {
     const size_t from = p->over.first[t], n = p->over.first[t + 1] - from;

@@ -11,7 +11,7 @@ static void make_rows(struct kith_rows *rows, kith_index n, int most, int spread
   CHECK_OK(kith_rows_reserve(rows, n));
   for (kith_index t = 0; t < n; ++t)
     rows->first[t + 1] = t % 7 == 3 ? 0 : (size_t)(check_random(state) * most);
-  CHECK_OK(kith_rows_sum(rows));
+  CHECK_OK(kith_rows_sum(rows, -1));
   for (kith_index t = 0; t < n; ++t) {
     kith_index entry = (kith_index)(check_random(state) * n) - 1;
     for (size_t e = rows->first[t]; e < rows->first[t + 1]; ++e) {
@@ -25,7 +25,7 @@ static void copy_rows(struct kith_rows *to, const struct kith_rows *from) {
   CHECK_OK(kith_rows_reserve(to, from->n));
   memcpy(to->first, from->first, ((size_t)from->n + 1) * sizeof *to->first);
   for (kith_index t = from->n; t > 0; --t) to->first[t] -= to->first[t - 1]; /* lengths */
-  CHECK_OK(kith_rows_sum(to));
+  CHECK_OK(kith_rows_sum(to, -1));
   if (from->first[from->n] > 0) memcpy(to->node, from->node, from->first[from->n] * sizeof *to->node);
 }
 
