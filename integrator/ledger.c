@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-enum { WORDS = sizeof(struct kith_ledger) / sizeof(uint64_t) };
-
 /* Copies the counters that are the same on all ranks. */
 static void copy_common(struct kith_ledger *to, const struct kith_ledger *from) {
 #define COPY_EACH(name)
@@ -16,11 +14,8 @@ static void copy_common(struct kith_ledger *to, const struct kith_ledger *from) 
 }
 
 struct kith_ledger kith_ledger_of_all(const struct kith_ledger *ledger, struct kith_ranks *ranks) {
-  uint64_t word[WORDS];
-  struct kith_ledger all;
-  memcpy(word, ledger, sizeof word);
-  kith_ranks_sum_counts(ranks, word, WORDS);
-  memcpy(&all, word, sizeof all);
+  struct kith_ledger all = *ledger;
+  kith_ranks_sum_counts(ranks, (uint64_t *)&all, sizeof all / sizeof(uint64_t));
   copy_common(&all, ledger);
   return all;
 }
