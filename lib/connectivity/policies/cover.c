@@ -15,20 +15,6 @@ static void position_of(const struct kith_cover *cover, const struct kith_nodes 
   }
 }
 
-static double support_of(const struct kith_cover *cover, const struct kith_nodes *nodes, kith_index i) {
-  const double h = nodes->support->f64[i];
-  return cover->ahead > 0 ? h * exp(cover->ahead * fmax(cover->velocity_divergence->f64[i], 0) / NDIM) : h;
-}
-
-/* x - x0 - drift, up to whole periods. */
-static void displacement(const struct kith_cover *cover, const double *x, const double *x0,
-                         const double *drift, double *d) {
-  for (int a = 0; a < NDIM; ++a) {
-    d[a] = x[a] - x0[a] - drift[a];
-    if (cover->period[a] > 0) d[a] -= cover->period[a] * nearbyint(d[a] / cover->period[a]);
-  }
-}
-
 /* Adds the vectors of n nodes. */
 static void sum_vectors(kith_index n, void (*vector)(const void *context, kith_index i, double *x),
                         const void *context, struct kith_sum total[NDIM]) {
@@ -101,21 +87,14 @@ static void common_drift(struct kith_cover *cover, const struct kith_nodes *node
     drift[a] = cover->still[a] == 0 && count > 0 ? kith_sum_value(&total[a]) / (double)count : 0;
 }
 
-/* Has the drift taken nodes so far out of the box that they must be put back? Images reach only so far. */
-static bool is_far(const struct kith_cover *cover, const double *drift) {
-  bool far = false;
-  for (int a = 0; a < NDIM; ++a)
-    far = far || (cover->period[a] > 0 && fabs(drift[a]) > 0.5 * cover->period[a]);
-  return far;
-}
-
-/* How far node i moved, rounding included; 0 only if it is where it was. */
+/* The length of x - x0 - drift, up to whole periods, rounding included; 0 only if the node is where it was. */
 static double moved(const struct kith_cover *cover, const double *x, const double *x0, const double *drift,
                     double support) {
   double d[NDIM], largest = support;
   bool same = true;
-  displacement(cover, x, x0, drift, d);
   for (int a = 0; a < NDIM; ++a) {
+    d[a] = x[a] - x0[a] - drift[a];
+    if (cover->period[a] > 0) d[a] -= cover->period[a] * nearbyint(d[a] / cover->period[a]);
     same = same && x[a] == x0[a] && drift[a] == 0;
     largest = KITH_MAX(largest, fabs(x[a]) + fabs(x0[a]) + fabs(drift[a]));
   }
@@ -129,16 +108,17 @@ void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
   common_drift(cover, nodes, n, drift);
 #pragma omp parallel for schedule(static) reduction(max : most, least) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i) {
-    double x[NDIM];
+    double x[NDIM], h = nodes->support->f64[i];
+    if (cover->ahead > 0) h *= exp(cover->ahead * fmax(cover->velocity_divergence->f64[i], 0) / NDIM);
     position_of(cover, nodes, i, x);
-    const double h = support_of(cover, nodes, i),
-                 far = moved(cover, x, cover->position + (size_t)i * NDIM, drift, h),
+    const double far = moved(cover, x, cover->position + (size_t)i * NDIM, drift, h),
                  lacking = h + far - cover->search_radius[i];
     most = KITH_MAX(most, far);
     least = KITH_MAX(least, lacking == lacking ? lacking : INFINITY); /* NaN covers nothing */
   }
-  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = same ? 0 : 1;
-  cover->seen[3] = is_far(cover, drift) ? 1 : 0;
+  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = same ? 0 : 1, cover->seen[3] = 0;
+  for (int a = 0; a < NDIM; ++a) /* nodes must be put back into the box: images reach only so far */
+    if (cover->period[a] > 0 && fabs(drift[a]) > 0.5 * cover->period[a]) cover->seen[3] = 1;
 }
 
 struct kith_shared kith_cover_shared(struct kith_cover *cover) {
