@@ -227,21 +227,6 @@ static int compare_indices(const void *a, const void *b) {
   return (p > q) - (p < q);
 }
 
-static kith_status at_runs(const struct kith_search *search, const struct kith_runs *runs, const double *x,
-                           double radius2, enum kith_search_mode mode, kith_index **found, size_t *capacity,
-                           kith_index *count) {
-  size_t n = 0;
-  for (int r = 0; r < runs->n; ++r) {
-    const struct kith_run run = runs->run[r];
-    KITH_TRY(kith_grow(found, capacity, n, n + (size_t)run.count, sizeof **found));
-    for (kith_index slot = run.first; slot < run.first + run.count; ++slot)
-      if (within(search, slot, x, radius2, mode)) (*found)[n++] = search->node[slot];
-  }
-  if (n > 1) qsort(*found, n, sizeof **found, compare_indices);
-  *count = (kith_index)n;
-  return KITH_OK;
-}
-
 kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
                            enum kith_search_mode mode, kith_index **found, size_t *capacity,
                            kith_index *count) {
@@ -250,8 +235,16 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
   double y[NDIM];
   for (int a = 0; a < NDIM; ++a) box.lower[a] = box.upper[a] = y[a] = x[a] / search->nodes->stretch[a];
   struct kith_runs runs = {0};
+  size_t n = 0;
   kith_status status = search->ops->coarse(search, &box, radius, mode, &runs);
-  if (status == KITH_OK) status = at_runs(search, &runs, y, radius * radius, mode, found, capacity, count);
+  for (int r = 0; status == KITH_OK && r < runs.n; ++r) {
+    const kith_index first = runs.run[r].first, end = first + runs.run[r].count;
+    status = kith_grow(found, capacity, n, n + (size_t)runs.run[r].count, sizeof **found);
+    for (kith_index slot = first; status == KITH_OK && slot < end; ++slot)
+      if (within(search, slot, y, radius * radius, mode)) (*found)[n++] = search->node[slot];
+  }
+  if (n > 1) qsort(*found, n, sizeof **found, compare_indices);
+  *count = (kith_index)n;
   kith_runs_clear(&runs);
   return status;
 }
