@@ -7,7 +7,7 @@
 /* Calls the pass for each run of nodes of the chunk that take part. */
 static void run_chunk(const struct kith_part *part, kith_index begin, kith_index end, kith_chunk_pass pass,
                       void *context, struct kith_scratch *scratch) {
-  if (part->activity != NULL && part->least > KITH_IDLE && kith_all_idle(part->activity, begin, end)) return;
+  if (part->activity != NULL && kith_all_idle(part->activity, begin, end)) return;
   if (part->activity == NULL || part->whole) {
     pass(context, begin, end, scratch);
     return;
@@ -47,7 +47,7 @@ kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_
     const kith_index run = part->activity == NULL ? KITH_MAX(1, chunks / (64 * omp_get_num_threads())) : 1;
 #pragma omp for schedule(dynamic, run) nowait
     for (kith_index c = 0; c < chunks; ++c) {
-      const kith_index begin = c * size, end = KITH_MIN(n, begin + size);
+      const kith_index begin = part->first + c * size, end = KITH_MIN(part->first + n, begin + size);
       if (failed || !is_wanted(part, begin, end)) continue;
       run_chunk(part, begin, end, pass, context, &scratch);
       if (omp_get_thread_num() == 0) kith_ranks_progress(part->ranks);

@@ -49,8 +49,9 @@ kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int
  * under way, those that need no values of other ranks. {0}: all nodes. */
 enum { KITH_CHUNK = 128 }; /* nodes */
 struct kith_part {
+  kith_index first;        /* of the n nodes; 0 where activity or chunk is given */
   const uint8_t *activity; /* [n] of the nodes; NULL: all take part */
-  uint8_t least;           /* activity of those that do: the pass is called for each run of them */
+  uint8_t least;           /* activity of those that do, not idle: the pass is called for each run of them */
   bool whole;              /* no: for each whole chunk that has any of them; it skips the others itself */
   kith_index size; /* of the chunks that the pass is called for, a multiple of KITH_CHUNK; 0: KITH_CHUNK */
   const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up] of chunks of that size; NULL: all are wanted */

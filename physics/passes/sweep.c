@@ -92,24 +92,14 @@ kith_status kith_package_sweep(struct kith_package *package, const struct kith_n
   return status;
 }
 
-struct shifted {
-  const struct kith_node_sweep *sweep;
-  kith_index by;
-};
-
-static void shifted_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
-  const struct shifted *shifted = context;
-  shifted->sweep->chunk(shifted->sweep->context, shifted->by + begin, shifted->by + end, s);
-}
-
 kith_status kith_package_sweep_ghosts(struct kith_package *package, const struct kith_node_sweep *sweep,
                                       kith_index first, kith_index n) {
-  struct shifted shifted = {sweep, first};
+  const struct kith_part part = {.first = first};
   uint64_t count[KITH_COUNTS] = {0};
   if (n == 0) return KITH_OK;
   kith_profile_begin(package->profile, sweep->stage);
-  const kith_status status =
-      kith_traverse(n, shifted_chunk, &shifted, sweep->lanes, sweep->width, count, package->profile);
+  const kith_status status = kith_traverse_part(n, &part, sweep->chunk, sweep->context, sweep->lanes,
+                                                sweep->width, count, package->profile);
   kith_profile_end(package->profile);
   package->pair_evaluations += count[KITH_COUNT_EVALUATIONS];
   return status;
