@@ -391,8 +391,7 @@ static size_t spacetree_bytes(const struct kith_search *search) {
 const struct kith_search_ops kith_search_spacetree = {
     .name = "spacetree",
     .doc = "cells of levels by search radius, with local and active sets that passes can sweep over",
-    .params = params,
-    .settings_size = sizeof(struct spacetree_settings),
+    KITH_SETTINGS(params, spacetree_settings),
     .state_size = sizeof(struct kith_spacetree),
     .counters = counters,
     .clear = spacetree_clear,
