@@ -59,28 +59,18 @@ struct kith_viscosity_settings {
   double alpha, beta;
   enum kith_balsara balsara;
 };
+#define KITH_VISCOSITY_PARAM(type, key, kind, value, range, doc) \
+  { #key, KITH_PARAM_##kind, value, range, doc, KITH_INTO(type, viscosity.key), .needs = "name!=none" }
 /* Rows of a parameter table for the settings `type`; choices: the forms that it has, as "|none|monaghan";
  * linear: the default of alpha. */
-#define KITH_VISCOSITY_PARAMS(type, choices, linear)                                                        \
-  {"name", KITH_PARAM_CHOICE, "limited", choices, "its form", KITH_INTO(type, viscosity.name)},             \
-      {"balsara",                                                                                           \
-       KITH_PARAM_CHOICE,                                                                                   \
-       "linear",                                                                                            \
-       KITH_BALSARA_LIST(KITH_BALSARA_CHOICE),                                                              \
-       "Balsara's factor, for less viscosity in shear: on the linear term, on both, or its square on both", \
-       KITH_INTO(type, viscosity.balsara),                                                                  \
-       .needs = "name!=none"},                                                                              \
-      {"alpha",                                                                                             \
-       KITH_PARAM_NUMBER,                                                                                   \
-       linear,                                                                                              \
-       "[0, inf)",                                                                                          \
-       "linear coefficient",                                                                                \
-       KITH_INTO(type, viscosity.alpha),                                                                    \
-       .needs = "name!=none"},                                                                              \
-  {                                                                                                         \
-    "beta", KITH_PARAM_NUMBER, "2", "[0, inf)", "quadratic coefficient", KITH_INTO(type, viscosity.beta),   \
-        .needs = "name!=none"                                                                               \
-  }
+#define KITH_VISCOSITY_PARAMS(type, choices, linear)                                            \
+  {"name", KITH_PARAM_CHOICE, "limited", choices, "its form", KITH_INTO(type, viscosity.name)}, \
+      KITH_VISCOSITY_PARAM(                                                                     \
+          type, balsara, CHOICE, "linear", KITH_BALSARA_LIST(KITH_BALSARA_CHOICE),              \
+          "Balsara's factor, for less viscosity in shear: on the linear term, on both, or its " \
+          "square on both"),                                                                    \
+      KITH_VISCOSITY_PARAM(type, alpha, NUMBER, linear, "[0, inf)", "linear coefficient"),      \
+      KITH_VISCOSITY_PARAM(type, beta, NUMBER, "2", "[0, inf)", "quadratic coefficient")
 
 /* What all pairs share. */
 struct kith_viscosity_constants {
