@@ -150,8 +150,8 @@ void kith_blocks_want(struct kith_integrator *it) {
 
 /* Returns the shortest step that a node or ghost of this rank wants. Frozen nodes (step 0) want none. */
 static double finest_wanted(const struct kith_integrator *it) {
-  const double *restrict wanted = kith_blocks_of(it)->wanted->f64, *restrict step =
-                                                                       kith_blocks_of(it)->steps.step->f64;
+  const struct kith_blocks *b = kith_blocks_of(it);
+  const double *restrict wanted = b->wanted->f64, *restrict step = b->steps.step->f64;
   const kith_index n = it->near.only ? it->near.n : kith_nodes_count(it->nodes);
   double finest = KITH_TICKS;
 #pragma omp parallel for schedule(static) reduction(min : finest) if (n > KITH_FEW)

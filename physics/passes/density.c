@@ -54,8 +54,8 @@ KITH_INLINE void wall_sums(enum kith_kernel kernel, const struct density_pass *p
                            const double *restrict masses, const struct kith_scratch *s, double *sum_w,
                            double *sum_q2g) {
   const struct kith_rows *rows = &pass->connectivity->rows;
-  const double *restrict support = pass->package->hydro->nodes->support->f64, *restrict r = kith_scratch_lane(
-                                                                                  s, DISTANCE);
+  const double *restrict support = pass->package->hydro->nodes->support->f64;
+  const double *restrict r = kith_scratch_lane(s, DISTANCE);
   if (pass->barrier == NULL) return;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     const kith_index k = rows->node[e];
