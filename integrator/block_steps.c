@@ -62,12 +62,6 @@ double kith_block_steps_planned(const struct kith_integrator *it) {
 
 /* --- a tick --- */
 
-/* Returns the factor by which the support of node i grows in a time `since` its last activity. */
-static double growth_of(const struct kith_integrator *it, kith_index i, double since) {
-  const double divergence = it->package->velocity_divergence->f64[i];
-  return divergence != 0 ? exp(fmax(-0.2, fmin(0.2, since * divergence / NDIM))) : 1;
-}
-
 /* Returns how far a node moves along an axis in a time `since` its last activity, by component k of v and
  * dv/dt then. The velocity is not w of block_steps.h: that has got half the impulse of a pair with a long
  * step at once, but what balances it may come in parts. */
@@ -95,7 +89,7 @@ static void predict(struct kith_integrator *it, bool active, bool idle) {
     }
     it->hydro->energy->f64[i] = s->energy_last->f64[i] + since * (it->hydro->energy_rate->f64[i] +
                                                                   0.5 * since * s->rate_slope->f64[i]);
-    const double growth = growth_of(it, i, since);
+    const double growth = kith_support_growth(since, it->package->velocity_divergence->f64[i]);
     it->nodes->support->f64[i] = b->support_base->f64[i] * growth;
     it->hydro->density->f64[i] = b->density_base->f64[i] / kith_pow_dim(growth);
   }
@@ -236,7 +230,8 @@ static void close_tick(struct kith_integrator *it, bool first) {
     const double speed = kith_norm(s->velocity_last->f64 + (size_t)i * NDIM) +
                          s->tick * (b->due->f64[i] - s->last->f64[i]) *
                              kith_norm(it->hydro->acceleration->f64 + (size_t)i * NDIM);
-    slack = KITH_MAX(slack, left * speed + radius * fmax(0, growth_of(it, i, left) - 1));
+    const double growth = kith_support_growth(left, it->package->velocity_divergence->f64[i]);
+    slack = KITH_MAX(slack, left * speed + radius * fmax(0, growth - 1));
     include_support(&supports, it, i, radius);
   }
   b->slack = slack, b->supports = supports;

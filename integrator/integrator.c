@@ -1,7 +1,6 @@
 /* The state of the time integration: fields, kicks and drifts; the family of schemes. */
 #include "integrator/integrator.h"
 
-#include <math.h>
 #include "lib/core/family.h"
 
 #define X(name) &kith_scheme_##name,
@@ -116,10 +115,8 @@ void kith_drift_supports(struct kith_integrator *it, double dt) {
   double *restrict h = it->nodes->support->f64;
   const double *restrict velocity_divergence = it->package->velocity_divergence->f64;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
-    const double growth = dt * velocity_divergence[i] / NDIM;
-    if (growth != 0) h[i] *= exp(KITH_MAX(KITH_MIN(growth, 0.2), -0.2)); /* 0 for idle nodes */
-  }
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    h[i] *= kith_support_growth(dt, velocity_divergence[i]);
   it->nodes->positions += 1;
   it->clock += dt;
 }

@@ -6,6 +6,7 @@
 #ifndef KITH_INTEGRATOR_INTEGRATOR_H
 #define KITH_INTEGRATOR_INTEGRATOR_H
 
+#include <math.h>
 #include "boundaries/flow.h"
 #include "integrator/ledger.h"
 #include "integrator/scheme.h"
@@ -143,7 +144,11 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 /* Kicks: v += dt A, u by (1) of package.h, kick.time += dt. */
 void kith_kick(struct kith_integrator *integrator, double dt);
-/* Changes supports by the divergence of the velocity during dt: H *= exp(dt div v / d). */
+/* Returns the factor by which a support grows in a time dt: exp(dt div v / d), the exponent within 0.2. */
+static inline double kith_support_growth(double dt, double velocity_divergence) {
+  return exp(fmax(-0.2, fmin(0.2, dt * velocity_divergence / NDIM)));
+}
+/* Changes supports by the divergence of the velocity during dt. */
 void kith_drift_supports(struct kith_integrator *integrator, double dt);
 /* Drifts positions, x += dt v, and supports. */
 void kith_drift(struct kith_integrator *integrator, double dt);
