@@ -57,17 +57,12 @@ struct crk {
 
 /* --- the pair function --- */
 
-/* Returns V_j W(r, H_j) / w(r / H_j): the volume cancels that of the kernel. */
-static double volume_factor(const struct kith_package *package) {
-  return kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors;
-}
-
 static const double steep = 0.4; /* change_i of (9) at which half of a force is (8) */
 
 /* What all pairs share. */
 struct crk_constants {
   struct kith_viscosity_constants viscosity;
-  double volume; /* volume_factor */
+  double volume; /* V_j W(r, H_j) / w(r / H_j): the volume cancels that of the kernel */
 };
 
 /* Computes the heats by (7), from f, v_j - v_i and the pressures; q: P_i + P_j + Q, close to 0 in tension. */
@@ -144,7 +139,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
   const struct crk_settings *settings = package->settings;
   const struct crk_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
-      .volume = volume_factor(package)};
+      .volume = kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors};
   return kith_force(&(struct kith_force_pass){.package = package,
                                               .kick = kick,
                                               .connectivity = connectivity,

@@ -16,10 +16,6 @@ kith_status mfm_faces_init(struct mfm_faces *f) {
   return kith_nodes_fields(f->nodes, fields);
 }
 
-size_t mfm_faces_bytes(const struct mfm_faces *f) {
-  return kith_rows_bytes(&f->holders) + f->value_capacity * sizeof(double);
-}
-
 void mfm_faces_clear(struct mfm_faces *f) {
   kith_rows_clear(&f->holders);
   kith_free(&f->value);
@@ -51,8 +47,7 @@ static kith_status areas(struct mfm_faces *f, const struct kith_connectivity *co
 }
 
 kith_status mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
-  kith_profile_begin(f->profile, "faces");
-  const kith_status status = areas(f, connectivity);
-  kith_profile_end(f->profile);
+  kith_status status;
+  KITH_STAGE(status, f->profile, "faces", areas(f, connectivity));
   return kith_ranks_allreduce_status(f->nodes->ranks, status);
 }

@@ -82,7 +82,6 @@ struct mfm_faces {
 kith_status mfm_faces_init(struct mfm_faces *faces);
 void mfm_faces_clear(struct mfm_faces *faces);
 struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
-size_t mfm_faces_bytes(const struct mfm_faces *faces);
 
 /* Computes all integrated faces. Ghosts must have their supports; the fields of the faces are refreshed here.
  * Collective: all ranks agree on the status. */

@@ -339,7 +339,8 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
 }
 
 static size_t mfm_bytes(const struct kith_package *package) {
-  return mfm_faces_bytes(&((const struct mfm *)package->self)->faces);
+  const struct mfm_faces *f = &((const struct mfm *)package->self)->faces;
+  return kith_rows_bytes(&f->holders) + f->value_capacity * sizeof *f->value;
 }
 
 static struct kith_package_traits mfm_traits(const void *settings) {
