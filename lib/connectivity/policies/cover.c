@@ -87,7 +87,7 @@ static void common_drift(struct kith_cover *cover, const struct kith_nodes *node
     drift[a] = cover->still[a] == 0 && count > 0 ? kith_sum_value(&total[a]) / (double)count : 0;
 }
 
-/* The length of x - x0 - drift, up to whole periods, rounding included; 0 only if the node is where it was. */
+/* The length of x - x0 - drift, up to whole periods, and its rounding; 0 only if the node is where it was. */
 static double moved(const struct kith_cover *cover, const double *x, const double *x0, const double *drift,
                     double support) {
   double d[NDIM], largest = support;
