@@ -238,7 +238,7 @@ static void close_tick(struct kith_integrator *it, bool first) {
 }
 
 /* Updates `soonest` where it may have changed. Ranks agree on a failure when they make the next lists. */
-static void look_ahead(struct kith_integrator *it) {
+static void update_soonest(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   const kith_index n = it->nodes->n_internal, stretches = (n + KITH_STRETCH - 1) / KITH_STRETCH;
   const double *restrict due = b->due->f64;
@@ -316,7 +316,7 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   count_levels(it);
   close_tick(it, first);
   count_wasted_candidates(it);
-  look_ahead(it);
+  update_soonest(it);
   kith_profile_end(it->profile);
   return KITH_OK;
 }
@@ -375,7 +375,7 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
 kith_status kith_block_steps_advance(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   kith_status status = KITH_OK;
-  look_ahead(it);
+  update_soonest(it);
   while (status == KITH_OK && b->steps.now < KITH_TICKS) {
     const double n = next_tick(it);
     if (n >= b->steps.now + 1)

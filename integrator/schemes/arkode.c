@@ -170,7 +170,7 @@ static const struct kith_solver solver = {"ERKStep", KITH_LIMIT_accuracy, set_up
 
 /* Sets accurate_dt to the next step by the error of this one, unless stability limits it more: that is the
  * time-step limit of the state. */
-static void look_ahead(struct kith_integrator *it) {
+static void set_accurate_dt(struct kith_integrator *it) {
   struct arkode *a = it->self;
   double next = 0;
   a->accurate_dt = 0;
@@ -187,7 +187,7 @@ static kith_status advance(struct kith_integrator *it, double *dt) {
   struct arkode *a = it->self;
   KITH_TRY(kith_stages_begin(it, &solver));
   KITH_TRY(kith_stages_try(it, &solver, is_adaptive(it), dt));
-  look_ahead(it);
+  set_accurate_dt(it);
   return a->table.ends ? KITH_OK : kith_stages_rates(it, *dt);
 }
 

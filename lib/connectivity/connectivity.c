@@ -67,7 +67,7 @@ static double bytes_of(const struct kith_rows *rows) {
   const size_t entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);
   return (double)(rows->first[rows->n] * entry + (size_t)rows->n * sizeof *rows->first);
 }
-static double between(const struct kith_builder *scratch) {
+static double bytes_of_records(const struct kith_builder *scratch) {
   size_t words = 0;
   for (int k = 0; k < KITH_ROW_CHUNKS; ++k) words += scratch->chunk[k].n;
   return (double)(words * sizeof(uint64_t));
@@ -87,7 +87,7 @@ static kith_status build_stages(struct kith_connectivity *c, const struct kith_b
     kith_profile_end(profile);                                          \
   }
   const double slots = (double)((NDIM + 1) * sizeof(double) + sizeof(kith_index)) * c->n;
-  STAGE("rows", need.rows, slots + 2 * between(&c->scratch) + bytes_of(&c->rows),
+  STAGE("rows", need.rows, slots + 2 * bytes_of_records(&c->scratch) + bytes_of(&c->rows),
         kith_rows_build(&c->rows, build, &c->candidates))
   STAGE("overlap", need.overlap, bytes_of(&c->rows) + bytes_of(&c->overlap),
         kith_overlap_build(&c->overlap, &c->rows, stored, build))
