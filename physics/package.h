@@ -126,9 +126,8 @@ struct kith_package {
   /* Values of remote ghosts are recomputed from their rows between passes, instead of exchanged: needs ranks
    * and the trait. */
   bool recompute;
-  struct kith_profile *profile; /* borrowed, may be NULL */
-  const struct kith_field
-      *barrier; /* U8, 1: the node is a wall to its neighbors (force.h); NULL: there is none */
+  struct kith_profile *profile;     /* borrowed, may be NULL */
+  const struct kith_field *barrier; /* U8, 1: the node is a wall (force.h); NULL: there is none */
 
   /* Set by kith_package_init and the passes. */
   double self_weight;                     /* weight of a node in its own sums: kith_kernel_self_weight */

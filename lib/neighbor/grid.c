@@ -222,8 +222,8 @@ static kith_status grid_update_selected(struct kith_search *search, const kith_i
 /* The box of the targets in units of the cells of a level, and the search radius around it. */
 struct query {
   double lower[NDIM], upper[NDIM], search_radius;
-  double targets2,
-      cells2; /* squared radius of the targets, and factor of the squared radii of cells; 0: does not count */
+  double targets2;                 /* squared radius of the targets; 0: does not count */
+  double cells2;                   /* factor of the squared radii of cells; 0: they do not count */
   int64_t first[NDIM], last[NDIM]; /* coordinates of cells within range */
 };
 

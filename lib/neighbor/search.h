@@ -115,10 +115,9 @@ struct kith_search {
   /* What it was made from. */
   const struct kith_nodes *nodes;    /* borrowed */
   const struct kith_field *position; /* of each node, in the metric of the supports (nodes.h) */
-  const struct kith_field
-      *radius;                /* of each node: search_radius; the caller may set another before updates */
-  kith_index n, n_internal;   /* nodes seen: internal and ghosts; internal */
-  uint64_t positions, ghosts; /* generations */
+  const struct kith_field *radius;   /* of each node: search_radius, unless the caller sets another */
+  kith_index n, n_internal;          /* nodes seen: internal and ghosts; internal */
+  uint64_t positions, ghosts;        /* generations */
   /* Slot order. */
   kith_index capacity;
   kith_index *node;         /* [n] node of a slot */
