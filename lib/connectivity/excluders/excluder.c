@@ -8,22 +8,6 @@
 KITH_FAMILY(kith_excluder, KITH_EXCLUDER_LIST(X))
 #undef X
 
-bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]) {
-  const struct kith_nodes *nodes = candidate->sources->nodes;
-  kith_index j = candidate->j;
-  for (int a = 0; a < NDIM; ++a) shift[a] = nodes->shifts.n > 1 ? nodes->shifts.by[candidate->shift][a] : 0;
-  while (j >= nodes->n_internal) { /* an image may be one of an image */
-    const struct kith_ghost_block *block = kith_nodes_ghost_block(nodes, j);
-    if (block->kind != KITH_GHOST_IMAGE) return block->kind == KITH_GHOST_FROZEN;
-    for (int a = 0; a < NDIM; ++a) {
-      if (block->image.sign[a] < 0) return false;
-      shift[a] += block->image.shift[a];
-    }
-    j = block->control[j - block->first];
-  }
-  return true;
-}
-
 /* --- chains --- */
 
 kith_status kith_excluder_setup(struct kith_excluder *chain, const struct kith_selection *targets,
@@ -92,6 +76,24 @@ const struct kith_excluder_ops kith_excluder_self = {
     .self = true,
     .reject = same_node};
 
+/* Sets the displacement of j from the node that it is a periodic image of; 0 if it is no image. False if it
+ * is a mirror image, or a ghost of another rank. */
+static bool displacement_of(const struct kith_candidate *candidate, double shift[NDIM]) {
+  const struct kith_nodes *nodes = candidate->sources->nodes;
+  kith_index j = candidate->j;
+  for (int a = 0; a < NDIM; ++a) shift[a] = nodes->shifts.n > 1 ? nodes->shifts.by[candidate->shift][a] : 0;
+  while (j >= nodes->n_internal) { /* an image may be one of an image */
+    const struct kith_ghost_block *block = kith_nodes_ghost_block(nodes, j);
+    if (block->kind != KITH_GHOST_IMAGE) return block->kind == KITH_GHOST_FROZEN;
+    for (int a = 0; a < NDIM; ++a) {
+      if (block->image.sign[a] < 0) return false;
+      shift[a] += block->image.shift[a];
+    }
+    j = block->control[j - block->first];
+  }
+  return true;
+}
+
 /* Images of j at opposite shifts make one interaction where j is an image of i itself: the one whose first
  * shift that is not 0 is negative goes. */
 static bool second_of_two(const struct kith_excluder *excluder, const struct kith_candidate *c) {
@@ -99,7 +101,7 @@ static bool second_of_two(const struct kith_excluder *excluder, const struct kit
   double shift[NDIM];
   (void)excluder;
   if (!kith_selects(c->targets, c->j) || !kith_selects(c->sources, c->i)) return false;
-  if (id[c->i] != id[c->j] || !kith_candidate_shift(c, shift)) return id[c->j] < id[c->i];
+  if (id[c->i] != id[c->j] || !displacement_of(c, shift)) return id[c->j] < id[c->i];
   int a = 0;
   while (a < NDIM - 1 && shift[a] == 0) ++a;
   return shift[a] < 0;

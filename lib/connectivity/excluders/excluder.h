@@ -20,9 +20,6 @@ struct kith_candidate {
   kith_index i, j;
   int shift; /* j is this image of its node (lib/nodes/shifts.h) */
 };
-/* The displacement of j from the node that it is a periodic image of; 0 if it is no image. False if it is a
- * mirror image, or a ghost of another rank. */
-bool kith_candidate_shift(const struct kith_candidate *candidate, double shift[NDIM]);
 
 struct kith_excluder;
 
