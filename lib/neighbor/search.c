@@ -53,6 +53,19 @@ void kith_search_destroy(struct kith_search **search) {
 
 /* Updates: stale until the member has succeeded. */
 
+/* Room for n slots. */
+static kith_status reserve_slots(struct kith_search *search, kith_index n) {
+  if (n <= search->capacity) return KITH_OK;
+  const size_t keep = (size_t)search->capacity, wanted_capacity = (size_t)n + (size_t)n / 8;
+  KITH_TRY(kith_resize(&search->node, keep, wanted_capacity, sizeof *search->node));
+  for (int a = 0; a < NDIM; ++a)
+    KITH_TRY(kith_resize(&search->coordinate[a], keep, wanted_capacity, sizeof(double)));
+  KITH_TRY(kith_resize(&search->radius2, keep, wanted_capacity, sizeof(double)));
+  KITH_TRY(kith_resize(&search->near, keep, wanted_capacity + 1, 1));
+  search->capacity = (kith_index)wanted_capacity;
+  return KITH_OK;
+}
+
 /* Where nodes are in the metric of their supports. */
 static void place(struct kith_search *search) {
   const struct kith_nodes *nodes = search->nodes;
@@ -77,7 +90,7 @@ kith_status kith_search_update(struct kith_search *search) {
   search->n_groups = 0;
   search->in_order = false;
   memset(search->count, 0, sizeof search->count);
-  KITH_TRY(kith_search_reserve(search, search->n));
+  KITH_TRY(reserve_slots(search, search->n));
   place(search);
   KITH_TRY(search->ops->update(search));
   stamp(search);
@@ -300,18 +313,6 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 }
 
 /* For members. */
-
-kith_status kith_search_reserve(struct kith_search *search, kith_index n) {
-  if (n <= search->capacity) return KITH_OK;
-  const size_t keep = (size_t)search->capacity, wanted_capacity = (size_t)n + (size_t)n / 8;
-  KITH_TRY(kith_resize(&search->node, keep, wanted_capacity, sizeof *search->node));
-  for (int a = 0; a < NDIM; ++a)
-    KITH_TRY(kith_resize(&search->coordinate[a], keep, wanted_capacity, sizeof(double)));
-  KITH_TRY(kith_resize(&search->radius2, keep, wanted_capacity, sizeof(double)));
-  KITH_TRY(kith_resize(&search->near, keep, wanted_capacity + 1, 1));
-  search->capacity = (kith_index)wanted_capacity;
-  return KITH_OK;
-}
 
 void kith_search_pack(struct kith_search *search, kith_index first, kith_index count) {
 #pragma omp parallel for schedule(static) if (count > 10000)

@@ -185,9 +185,7 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 struct kith_box kith_box_around(const double *x, kith_index n);
 double kith_search_largest_radius(const struct kith_search *search);
 
-/* For members.
- * Room for n slots (present ones are kept). */
-kith_status kith_search_reserve(struct kith_search *search, kith_index n);
+/* For members. */
 static inline void kith_search_pack_slot(struct kith_search *search, kith_index slot) {
   const size_t i = (size_t)search->node[slot];
   const double radius = search->radius->f64[i];
