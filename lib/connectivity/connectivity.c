@@ -115,10 +115,9 @@ static bool any_idle(const struct kith_nodes *nodes) {
   return false;
 }
 
-kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
+kith_status kith_connectivity_build(struct kith_connectivity *c, const struct kith_nodes *nodes,
                                     struct kith_search *search, struct kith_requirements need,
                                     struct kith_excluder *excluders, struct kith_profile *profile) {
-  struct kith_connectivity *c = connectivity;
   need = completed(need);
   struct kith_excluder self;
   struct kith_list_spec spec = kith_list_spec_among(nodes, search, &self, excluders);

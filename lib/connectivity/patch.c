@@ -95,9 +95,8 @@ static kith_status patch(struct kith_rows *rows, struct kith_pairs *pairs, kith_
   return kith_pairs_of_row(pairs, &with_pairs); /* the numbers of the pairs changed */
 }
 
-kith_status kith_connectivity_patch(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
+kith_status kith_connectivity_patch(struct kith_connectivity *c, const struct kith_nodes *nodes,
                                     const kith_index *renumber, kith_index old_count) {
-  struct kith_connectivity *c = connectivity;
   struct cull cull = {renumber, nodes->n_internal, old_count, nodes->n_internal};
   const struct kith_requirements *built = &c->built;
   const kith_index stored = built->ghost_rows ? kith_nodes_count(nodes) : nodes->n_internal;

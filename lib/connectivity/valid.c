@@ -125,9 +125,7 @@ static kith_status valid_intersection(const struct kith_connectivity *connectivi
   return KITH_OK;
 }
 
-kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
-                                    const struct kith_nodes *nodes) {
-  const struct kith_connectivity *c = connectivity;
+kith_status kith_connectivity_valid(const struct kith_connectivity *c, const struct kith_nodes *nodes) {
   const kith_index count = kith_nodes_count(nodes);
   const kith_index stored = c->built.ghost_rows ? count : nodes->n_internal;
   KITH_TRY(kith_connectivity_fresh(c, nodes));
