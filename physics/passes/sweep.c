@@ -42,10 +42,7 @@ static kith_status run(const struct kith_package *package, const struct kith_nod
   struct kith_profile *profile = package->profile;
   uint64_t now[KITH_COUNTS] = {0};
   const bool again = part->wanted == 1;
-  if (again)
-    kith_profile_resume(profile, sweep->stage);
-  else
-    kith_profile_begin(profile, sweep->stage);
+  (again ? kith_profile_resume : kith_profile_begin)(profile, sweep->stage);
   if (!again) kith_profile_count(profile, "bytes", traffic(sweep, package->hydro->nodes));
   const kith_status status = kith_traverse_part(package->hydro->nodes->n_internal, part, sweep->chunk,
                                                 sweep->context, sweep->lanes, sweep->width, now, profile);
