@@ -67,8 +67,8 @@ static struct line line_of(const struct kith_boundary *boundary, const struct ki
     high = KITH_MAX(high, x[(size_t)i * NDIM]);
     widest = KITH_MAX(widest, factor * radius[i]);
   }
-  return (struct line){boundary, factor, low,
-                       high,     widest, 1e-12 * (fabs(boundary->lower) + fabs(boundary->upper) + widest)};
+  const double slack = 1e-12 * (fabs(boundary->lower) + fabs(boundary->upper) + widest);
+  return (struct line){boundary, factor, low, high, widest, slack};
 }
 
 /* What decides whether a node gets a ghost by one image. */

@@ -279,11 +279,8 @@ static kith_status local_extremes(const struct kith_integrator *it, struct reduc
   const double *radius = nodes->search_radius->f64, *mass = it->hydro->mass->f64;
   double widest = 0, heaviest = -INFINITY, lightest = INFINITY;
   int broken = 0;
-#pragma omp parallel for simd schedule(static) reduction(max                                       \
-                                                         : widest, heaviest) reduction(min         \
-                                                                                       : lightest) \
-    reduction(|                                                                                    \
-              : broken)
+#pragma omp parallel for simd schedule(static) reduction(max : widest, heaviest) reduction(min : lightest) \
+    reduction(| : broken)
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     broken |= !(radius[i] < INFINITY);
     widest = KITH_MAX(widest, radius[i]);
