@@ -18,6 +18,7 @@ struct density_pass {
   const struct kith_connectivity *connectivity;
   struct kith_density_wanted wanted;
   double constant;        /* of the kernel */
+  double volume;          /* volume of a support over that of a sphere with radius H */
   bool equal_masses;      /* all masses are equal, or count as such */
   const uint8_t *barrier; /* NULL: there is none */
 };
@@ -207,15 +208,14 @@ KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct k
  * equal. */
 KITH_INLINE void set_density(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,
                              double support, double sum_w, double sum_q2g, struct kith_scratch *s) {
-  const struct kith_hydro *hydro = pass->package->hydro;
-  const double mass = hydro->mass->f64[i], omega = -sum_q2g / (NDIM * sum_w);
+  const double mass = pass->package->hydro->mass->f64[i], omega = -sum_q2g / (NDIM * sum_w);
   double sum_mw = mass * sum_w, sum_mq2g = mass * sum_q2g;
   if (pass->wanted.grad_h_term != NULL) {
     if (!pass->equal_masses) mass_sums(kernel, pass, i, 1 / support, s, &sum_mw, &sum_mq2g);
     pass->wanted.grad_h_term->f64[i] = -(NDIM * sum_mw + sum_mq2g) / (NDIM * sum_w) / omega;
   }
   if (pass->wanted.omega != NULL) pass->wanted.omega->f64[i] = omega;
-  hydro->density->f64[i] = pass->constant * sum_mw / (hydro->nodes->volume * kith_pow_dim(support));
+  pass->package->hydro->density->f64[i] = pass->constant * sum_mw / (pass->volume * kith_pow_dim(support));
 }
 
 static double curl_of(const double *g) {
@@ -343,6 +343,7 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                               .connectivity = connectivity,
                               .wanted = *wanted,
                               .constant = kith_kernel_constant(package->kernel),
+                              .volume = nodes->volume,
                               .equal_masses = wanted->own_masses || equal_masses(package->hydro),
                               .barrier = package->barrier != NULL ? package->barrier->u8 : NULL};
   /* Values that only the node itself reads or writes: support (both), search radius, mass, density,
