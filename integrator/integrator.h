@@ -146,7 +146,8 @@ void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, cons
 void kith_kick(struct kith_integrator *integrator, double dt);
 /* Returns the factor by which a support grows in a time dt: exp(dt div v / d), the exponent within 0.2. */
 static inline double kith_support_growth(double dt, double velocity_divergence) {
-  return exp(fmax(-0.2, fmin(0.2, dt * velocity_divergence / NDIM)));
+  const double growth = dt * velocity_divergence / NDIM;
+  return growth != 0 ? exp(KITH_MAX(KITH_MIN(growth, 0.2), -0.2)) : 1; /* 0 for sleeping nodes */
 }
 /* Changes supports by the divergence of the velocity during dt. */
 void kith_drift_supports(struct kith_integrator *integrator, double dt);
