@@ -1,7 +1,7 @@
-/* check.h - the whole of the test framework: silent unless something fails; main returns check_failed().
+/* check.h - the whole test framework. It prints nothing unless a check fails; main returns check_failed().
  *
- *   CHECK(a == b);                       CHECK_CLOSE(got, wanted, tolerance);  (absolute)
- *   CHECK_OK(kith_call(...));            CHECK_STATUS(KITH_BAD_INPUT, kith_call(...)); */
+ * CHECK(a == b);                       CHECK_CLOSE(got, wanted, tolerance);  (absolute)
+ * CHECK_OK(kith_call(...));            CHECK_STATUS(KITH_BAD_INPUT, kith_call(...)); */
 #ifndef KITH_TESTS_CHECK_H
 #define KITH_TESTS_CHECK_H
 
@@ -41,7 +41,7 @@ static int check_failures;
 
 #define CHECK_OK(call) CHECK_STATUS(KITH_OK, call)
 
-/* A small generator, so that a test is the same on every machine: splitmix64, as a double in [0, 1). */
+/* Random numbers in [0, 1) from splitmix64: a test draws the same ones on every machine. */
 static inline double check_random(uint64_t *state) {
   uint64_t z = (*state += 0x9e3779b97f4a7c15u);
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;

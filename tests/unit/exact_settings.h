@@ -1,5 +1,6 @@
-/* exact_settings.h - for tests: the parameters that tests of exact solutions name, in one struct; a member's
- * settings from it and back, by key. What a member has beside these comes from its own table. */
+/* exact_settings.h - for tests of exact solutions: one struct of the parameters that these tests set, and
+ * functions that copy them by key into the settings of a solution and back. Parameters that only the solution
+ * knows come from its own table. */
 #ifndef KITH_TESTS_EXACT_SETTINGS_H
 #define KITH_TESTS_EXACT_SETTINGS_H
 
@@ -10,7 +11,7 @@
 #include "validation/exact/exact.h"
 
 struct exact_parameters {
-  double gamma[2], density[2], velocity[2], pressure[2]; /* [0]: undisturbed, or left, or inside */
+  double gamma[2], density[2], velocity[2], pressure[2]; /* [0]: undisturbed, left or inside */
   double uniform_velocity[NDIM], center[NDIM], period[NDIM], side[NDIM];
   double interface_position, blast_energy, omega, end_time, amplitude, wavelength, origin;
 };
@@ -36,14 +37,15 @@ static const struct kith_param exact_rows[] = {EXACT_ROW(gamma),
 
 enum { EXACT_NUMBERS = 64 };
 
-/* A number of a range "(a, b]", where one end at most is infinite. */
+/* Returns a number inside a range like "(a, b]", one end of which may be infinite. */
 static inline double exact_in_range(const char *range) {
   if (range[0] == '\0') return 0.5;
   const double lower = strtod(range + 1, NULL), upper = strtod(strchr(range, ',') + 1, NULL);
   return isinf(upper) ? lower + 0.5 : isinf(lower) ? upper - 0.5 : 0.5 * (lower + upper);
 }
 
-/* The member's settings; keys that are not in the struct have their default, or some value of their range. */
+/* Fills the settings of a solution. Keys that the struct lacks get their default, or a number inside their
+ * range. */
 static inline void exact_fill(double settings[EXACT_NUMBERS], const struct kith_exact_ops *ops,
                               const struct exact_parameters *p) {
   memset(settings, 0, EXACT_NUMBERS * sizeof *settings);
@@ -59,7 +61,7 @@ static inline void exact_fill(double settings[EXACT_NUMBERS], const struct kith_
   }
 }
 
-/* As create of the family. */
+/* Creates the solution, as kith_exact_create does, with these parameters. */
 static inline kith_status exact_create(void **self, const struct kith_exact_ops *ops,
                                        const struct exact_parameters *p) {
   double settings[EXACT_NUMBERS];
@@ -67,7 +69,8 @@ static inline kith_status exact_create(void **self, const struct kith_exact_ops 
   return kith_exact_create(self, ops, settings);
 }
 
-/* What settings say; 0 for parameters that the member has not. One number stands for both sides. */
+/* Copies settings back into the struct; parameters that the solution lacks are 0. Where a setting is a single
+ * number, only [0] is set. */
 static inline struct exact_parameters exact_parameters_of(const struct kith_exact_ops *ops,
                                                           const void *settings) {
   struct exact_parameters p = {0};

@@ -1,4 +1,4 @@
-/* materials.h - materials for tests: settings of an equation of state from "key=value" text, and back by
+/* materials.h - for tests: an equation of state with settings from "key=value" text, and its parameters by
  * key. */
 #ifndef KITH_TESTS_MATERIALS_H
 #define KITH_TESTS_MATERIALS_H
@@ -7,7 +7,8 @@
 #include "physics/hydro.h"
 #include "tests/check.h"
 
-/* Its settings last as long as the test: the same ones are kept once. A table is not among them. */
+/* Creates a material. Equal settings are stored once and are never freed. Tabulated equations of state cannot
+ * be created this way. */
 static inline struct kith_material material_of(const char *eos, const char *assignments) {
   enum { MOST = 256 };
   static void *settings[MOST];
@@ -27,7 +28,7 @@ static inline struct kith_material material_of(const char *eos, const char *assi
   return (struct kith_material){.eos = of[k], .settings = settings[k]};
 }
 
-/* The value of a parameter; 0 if the equation of state has no such one. */
+/* Returns the value of a parameter; 0 if the equation of state has none of this name. */
 static inline double material_value(const struct kith_material *material, const char *key) {
   const struct kith_param *param = kith_params_find(material->eos->params, key);
   return param == NULL ? 0 : *(const double *)((const char *)material->settings + param->offset);

@@ -1,5 +1,5 @@
-/* oracle.h - nodes to test connectivity with, and slow answers straight from the definitions: no search, no
- * rows. */
+/* oracle.h - nodes for tests of connectivity, and its slow oracle: loops over all nodes that apply the
+ * definitions of neighbor, overlap and intersection directly, without search or rows. */
 #ifndef KITH_TEST_ORACLE_H
 #define KITH_TEST_ORACLE_H
 
@@ -9,7 +9,8 @@
 #include "lib/nodes/nodes.h"
 #include "tests/check.h"
 
-/* d^2, axis by axis in their order; volatile: no fused multiply-add whatever the compiler's mood. */
+/* Sums d^2 axis by axis, in the order of the library. volatile prevents fused multiply-adds, which round
+ * differently. */
 static inline double oracle_distance2(const struct kith_nodes *nodes, int i, int j) {
   double sum = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -19,8 +20,8 @@ static inline double oracle_distance2(const struct kith_nodes *nodes, int i, int
   }
   return sum;
 }
-/* Node k lies in the support of i. */
-static inline bool oracle_holds(const struct kith_nodes *nodes, int i, int k) {
+/* Is node k within the support of node i? */
+static inline bool oracle_supports(const struct kith_nodes *nodes, int i, int k) {
   const double search_radius = nodes->search_radius->f64[i];
   return oracle_distance2(nodes, i, k) <= search_radius * search_radius;
 }
@@ -34,7 +35,7 @@ static inline bool oracle_rejected(const struct kith_excluder *chain, const stru
 }
 static inline bool oracle_neighbors(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
                                     int j) {
-  return i != j && (oracle_holds(nodes, i, j) || oracle_holds(nodes, j, i)) &&
+  return i != j && (oracle_supports(nodes, i, j) || oracle_supports(nodes, j, i)) &&
          (kith_node_active(nodes, i) || kith_node_active(nodes, j)) && !oracle_rejected(chain, nodes, i, j);
 }
 static inline bool oracle_overlap(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
@@ -42,7 +43,7 @@ static inline bool oracle_overlap(const struct kith_nodes *nodes, const struct k
   if (i == j || oracle_rejected(chain, nodes, i, j)) return false;
   if (oracle_neighbors(nodes, chain, i, j)) return true;
   for (int k = 0; k < kith_nodes_count(nodes); ++k)
-    if (k != i && k != j && oracle_holds(nodes, i, k) && oracle_holds(nodes, j, k) &&
+    if (k != i && k != j && oracle_supports(nodes, i, k) && oracle_supports(nodes, j, k) &&
         !oracle_rejected(chain, nodes, i, k) && !oracle_rejected(chain, nodes, j, k))
       return true;
   return false;
@@ -58,14 +59,14 @@ static inline bool oracle_between(const struct kith_nodes *nodes, int i, int j, 
   }
   return from_i > 0 && from_j > 0;
 }
-static inline bool oracle_common(const struct kith_nodes *nodes, const struct kith_excluder *chain,
-                                 bool on_segment, int i, int j, int k) {
+static inline bool oracle_in_intersection(const struct kith_nodes *nodes, const struct kith_excluder *chain,
+                                          bool on_segment, int i, int j, int k) {
   if (k == i || k == j) return true;
   return oracle_neighbors(nodes, chain, i, k) && oracle_neighbors(nodes, chain, j, k) &&
          (!on_segment || oracle_between(nodes, i, j, k));
 }
 
-/* Compares a row with a predicate over all nodes, in order. Returns the number of entries, or -1. */
+/* Checks that a row holds exactly the nodes k < count that satisfy the predicate, in ascending order. */
 #define ORACLE_ROW(rows, row, count, k, predicate)                                                           \
   do {                                                                                                       \
     size_t oracle_e_ = (rows)->first[row];                                                                   \
@@ -78,7 +79,8 @@ static inline bool oracle_common(const struct kith_nodes *nodes, const struct ki
     CHECK(oracle_same_ &&oracle_e_ == (rows)->first[(row) + 1]);                                             \
   } while (0)
 
-/* The pairs of the first `n` rows: the upper part of each, in order; and each entry knows its pair. */
+/* Checks the pairs of the first `n` rows: they are the entries j > i of each row, in order, and each entry
+ * refers to its pair. */
 static inline void oracle_check_pairs(const struct kith_rows *rows, const struct kith_pairs *pairs,
                                       kith_index n) {
   size_t p = 0;
@@ -93,7 +95,7 @@ static inline void oracle_check_pairs(const struct kith_rows *rows, const struct
   CHECK(p == pairs->n && pairs->first[n] == p);
 }
 
-/* Everything that is built, against the definitions. O(N^3). */
+/* Compares all rows and pairs that were built with the definitions. Cost O(N^3). */
 static inline void oracle_check(const struct kith_connectivity *c, const struct kith_nodes *nodes,
                                 const struct kith_excluder *chain) {
   const int n = kith_nodes_count(nodes), stored = c->built.ghost_rows ? n : nodes->n_internal;
@@ -115,14 +117,15 @@ static inline void oracle_check(const struct kith_connectivity *c, const struct 
       CHECK(p < c->pairs.n && c->pairs.node[p][0] == i && c->pairs.node[p][1] == j);
       CHECK(kith_connectivity_pair(c, i, j) == p && kith_connectivity_pair(c, j, i) == p);
       if (c->built.intersection)
-        ORACLE_ROW(&c->intersection, p, n, k, oracle_common(nodes, chain, c->built.on_segment, i, j, k));
+        ORACLE_ROW(&c->intersection, p, n, k,
+                   oracle_in_intersection(nodes, chain, c->built.on_segment, i, j, k));
       ++p;
     }
   }
 }
 
-/* Are two connectivities the same, byte for byte? */
-static inline bool oracle_same_rows(const struct kith_rows *a, const struct kith_rows *b) {
+/* Are two connectivities bitwise identical? */
+static inline bool oracle_identical_rows(const struct kith_rows *a, const struct kith_rows *b) {
   if (a->n != b->n) return false;
   if (a->n == 0) return true;
   return memcmp(a->first, b->first, ((size_t)a->n + 1) * sizeof *a->first) == 0 &&
@@ -130,26 +133,27 @@ static inline bool oracle_same_rows(const struct kith_rows *a, const struct kith
          (a->shift == NULL) == (b->shift == NULL) &&
          (a->shift == NULL || memcmp(a->shift, b->shift, a->first[a->n] * sizeof *a->shift) == 0);
 }
-/* `n` rows have pairs. */
-static inline bool oracle_same_pairs(const struct kith_pairs *a, const struct kith_pairs *b,
-                                     const struct kith_rows *rows, kith_index n) {
+/* `n`: the number of rows that have pairs. */
+static inline bool oracle_identical_pairs(const struct kith_pairs *a, const struct kith_pairs *b,
+                                          const struct kith_rows *rows, kith_index n) {
   if (a->n != b->n || a->starts != b->starts) return false;
   if (memcmp(a->first, b->first, ((size_t)n + 1) * sizeof *a->first) != 0) return false;
   return a->n == 0 || (memcmp(a->node, b->node, a->n * sizeof *a->node) == 0 &&
                        memcmp(a->of_row, b->of_row, rows->first[n] * sizeof *a->of_row) == 0);
 }
-static inline bool oracle_same(const struct kith_connectivity *a, const struct kith_connectivity *b) {
-  if (!oracle_same_rows(&a->rows, &b->rows) || !oracle_same_rows(&a->overlap, &b->overlap)) return false;
-  if (!oracle_same_rows(&a->intersection, &b->intersection)) return false;
+static inline bool oracle_identical(const struct kith_connectivity *a, const struct kith_connectivity *b) {
+  if (!oracle_identical_rows(&a->rows, &b->rows) || !oracle_identical_rows(&a->overlap, &b->overlap))
+    return false;
+  if (!oracle_identical_rows(&a->intersection, &b->intersection)) return false;
   if (a->built.overlap_pairs != b->built.overlap_pairs || a->built.pairs != b->built.pairs) return false;
   if (a->built.overlap_pairs &&
-      !oracle_same_pairs(&a->overlap_pairs, &b->overlap_pairs, &a->overlap, a->n_internal))
+      !oracle_identical_pairs(&a->overlap_pairs, &b->overlap_pairs, &a->overlap, a->n_internal))
     return false;
-  return !a->built.pairs || oracle_same_pairs(&a->pairs, &b->pairs, &a->rows, a->rows.n);
+  return !a->built.pairs || oracle_identical_pairs(&a->pairs, &b->pairs, &a->rows, a->rows.n);
 }
 
-/* `count[l]` nodes at random places in the unit box for each list; search radii between
- * `search_radius` and `search_radius` * ratio. */
+/* Creates lists of count[l] nodes at random places in the unit box, with search radii between `search_radius`
+ * and search_radius * ratio. */
 static inline struct kith_nodes *oracle_random(int n_lists, const int *count, double search_radius,
                                                double ratio, uint64_t *state) {
   static const char *const names[] = {"gas", "dust", "rock"};
@@ -168,8 +172,8 @@ static inline struct kith_nodes *oracle_random(int n_lists, const int *count, do
   return nodes;
 }
 
-/* Every list's nodes on a lattice of n^NDIM cells of 1 / n, all with this search radius; nodes are
- * dealt out to the lists in turn. */
+/* Creates a cubic lattice of n^NDIM nodes with spacing 1 / n and equal search radii; lattice points are dealt
+ * out to the lists in turn. */
 static inline struct kith_nodes *oracle_lattice(int n_lists, int n, double search_radius) {
   int total = 1, count[3] = {0};
   for (int a = 0; a < NDIM; ++a) total *= n;
@@ -186,8 +190,8 @@ static inline struct kith_nodes *oracle_lattice(int n_lists, int n, double searc
   return nodes;
 }
 
-/* Images along axis a of all nodes so far (ghosts too) that come within `depth` of the unit box: shifted by 1
- * (periodic) or mirrored at 0 and 1. */
+/* Adds ghosts: images, along axis a, of all present nodes (ghosts too) that come within `depth` of the unit
+ * box, shifted by 1 (periodic) or reflected at 0 and 1. */
 static inline void oracle_ghosts(struct kith_nodes *nodes, int axis, bool mirror, double depth) {
   const int n = kith_nodes_count(nodes);
   for (int side = 0; side < 2; ++side)

@@ -1,4 +1,5 @@
-/* scenario.h - a model from a few lines of YAML: run for some steps, and compared with another one, by id. */
+/* scenario.h - for tests: creates a simulation from a few lines of YAML, runs some steps, and compares it
+ * with another simulation node by node, matched by id. */
 #ifndef KITH_TEST_SCENARIO_H
 #define KITH_TEST_SCENARIO_H
 
@@ -8,7 +9,7 @@
 #include "app/simulation/simulation.h"
 #include "tests/check.h"
 
-/* Owns scene and model. `model` is NULL if it could not be made (a failed check says why). */
+/* Owns both. `simulation` is NULL if it could not be created; a failed check then says why. */
 struct scenario {
   struct kith_scene *scene;
   struct kith_simulation *simulation;
@@ -17,7 +18,8 @@ struct scenario {
 
 enum { SCENARIO_SETTINGS = 16 };
 
-/* Settings are words "key=value" parted by blanks (values have none), put together by printf. */
+/* Opens a scene with settings "key=value", separated by blanks and formatted as printf does. If a key is set
+ * twice, the last value counts. */
 static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
@@ -47,7 +49,7 @@ static inline bool scenario_open(struct scenario *s, const char *yaml, const cha
   return scenario_make(s, NULL, yaml, settings);
 }
 
-/* Whether it can be made, with these settings. */
+/* Returns the status of creating a simulation with these settings. */
 static inline kith_status scenario_status(const char *yaml, const char *settings) {
   struct kith_scene *scene = NULL;
   struct kith_simulation *simulation = NULL;
@@ -71,14 +73,15 @@ static inline void scenario_close(struct scenario *s) {
   kith_scene_destroy(&s->scene);
 }
 
-/* First rates; what drifts are measured by. */
+/* Computes the first rates and stores the totals that conservation errors refer to. */
 static inline kith_status scenario_start(struct scenario *s) {
   const kith_status status = kith_simulation_start(s->simulation);
   s->start = kith_hydro_totals(&s->simulation->hydro);
   return status;
 }
 
-/* Up to `steps` more steps, or to the scene's end. Every eighth is checked: that takes longer than a step. */
+/* Makes up to `steps` more steps, until the end of the scene at most. Every eighth step checks the neighbor
+ * lists, which takes longer than the step. */
 static inline kith_status scenario_steps(struct scenario *s, int steps) {
   struct kith_integrator *it = &s->simulation->integrator;
   for (int k = 0; k < steps && it->time < s->scene->until; ++k) {
@@ -88,7 +91,7 @@ static inline kith_status scenario_steps(struct scenario *s, int steps) {
   return KITH_OK;
 }
 
-/* All of it; false (and a failed check) if something went wrong. */
+/* Starts and makes the steps; returns false after a failed check. */
 static inline bool scenario_run(struct scenario *s, int steps) {
   if (s->simulation == NULL) return false;
   const int before = check_failures;
@@ -97,15 +100,15 @@ static inline bool scenario_run(struct scenario *s, int steps) {
   return check_failures == before;
 }
 
-/* The last setting wins: keys of a field in a scenario, by name. NULL fails a check. */
+/* Finds a field by name; NULL fails a check. */
 static inline struct kith_field *scenario_field(const struct scenario *s, const char *name) {
   struct kith_field *field = kith_nodes_field_named(s->simulation->nodes, name);
   CHECK(field != NULL);
   return field;
 }
 
-/* place[id] = index, for ids 0 .. most. Owned by the caller. */
-static inline kith_index *scenario_places(const struct scenario *s, int64_t *most) {
+/* Returns index[id] for ids 0 .. largest id, -1 for ids that no node has. The caller frees it. */
+static inline kith_index *scenario_indices(const struct scenario *s, int64_t *most) {
   const struct kith_nodes *nodes = s->simulation->nodes;
   *most = -1;
   for (kith_index i = 0; i < nodes->n_internal; ++i) *most = KITH_MAX(*most, nodes->id->i64[i]);
@@ -115,13 +118,13 @@ static inline kith_index *scenario_places(const struct scenario *s, int64_t *mos
   return place;
 }
 
-/* The first STATE field whose bits differ between nodes of the same id, or NULL. Fields that only one of them
- * has do not count. "id" if they do not have the same nodes. */
+/* Returns the name of the first STATE field that is not bitwise identical in nodes of equal id, "id" if the
+ * nodes differ, or NULL. Ignores fields that only one of the two simulations has. */
 static inline const char *scenario_difference(const struct scenario *a, const struct scenario *b) {
   const struct kith_nodes *m = a->simulation->nodes, *n = b->simulation->nodes;
   const char *different = NULL;
   int64_t most, other;
-  kith_index *of_a = scenario_places(a, &most), *of_b = scenario_places(b, &other);
+  kith_index *of_a = scenario_indices(a, &most), *of_b = scenario_indices(b, &other);
   if (most != other || m->n_internal != n->n_internal) different = "id";
   for (int f = 0; f < m->n_fields && different == NULL; ++f) {
     const struct kith_field *x = m->fields[f], *y = kith_nodes_field_named(n, x->spec.name);
@@ -144,21 +147,21 @@ static inline const char *scenario_difference(const struct scenario *a, const st
 static inline double scenario_distance(const struct scenario *a, const struct scenario *b, const char *name) {
   const struct kith_field *x = scenario_field(a, name), *y = scenario_field(b, name);
   int64_t most, other;
-  kith_index *of_a = scenario_places(a, &most), *of_b = scenario_places(b, &other);
+  kith_index *of_a = scenario_indices(a, &most), *of_b = scenario_indices(b, &other);
   double largest = 0, distance = most == other ? 0 : INFINITY;
   for (int64_t id = 0; id <= most && most == other; ++id)
     for (int c = 0; c < x->components && of_a[id] >= 0; ++c) {
       const double p = x->f64[of_a[id] * x->components + c], q = y->f64[of_b[id] * x->components + c];
       largest = fmax(largest, fabs(p));
-      if (!(fabs(p - q) <= distance)) distance = fabs(p - q); /* NaN too */
+      if (!(fabs(p - q) <= distance)) distance = fabs(p - q); /* also true for NaN */
     }
   free(of_a);
   free(of_b);
   return distance / (largest > 0 ? largest : 1);
 }
 
-/* Says which comparison failed: a line of CHECK alone would not. */
-static inline void scenario_same(const struct scenario *a, const struct scenario *b, const char *what) {
+/* Fails, naming the field that differs, unless the simulations are bitwise identical. */
+static inline void scenario_identical(const struct scenario *a, const struct scenario *b, const char *what) {
   const char *different = scenario_difference(a, b);
   const bool same_clock = a->simulation->integrator.time == b->simulation->integrator.time &&
                           a->simulation->integrator.dt == b->simulation->integrator.dt &&
@@ -168,13 +171,14 @@ static inline void scenario_same(const struct scenario *a, const struct scenario
   fprintf(stderr, "%d-D, %s: %s differs\n", NDIM, what, different != NULL ? different : "the clock");
 }
 
-/* |E - E0| / E0 and |p - p0| / sum m max(|v|, c). */
-static inline double scenario_energy_drift(const struct scenario *s) {
+/* The conservation errors |E - E0| / E0, and |p - p0| / sum m max(|v|, c), where p excludes what went through
+ * boundaries. */
+static inline double scenario_energy_error(const struct scenario *s) {
   const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
   const double e0 = s->start.kinetic + s->start.internal;
   return fabs(now.kinetic + now.internal - e0) / e0;
 }
-static inline double scenario_momentum_drift(const struct scenario *s) {
+static inline double scenario_momentum_error(const struct scenario *s) {
   const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
   double largest = 0;
   for (int a = 0; a < NDIM; ++a)

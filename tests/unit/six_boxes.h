@@ -1,13 +1,13 @@
-/* six_boxes.h - the six boxes of the second seed, for lists of one process and of several ranks, with the
- * numbers of pairs that four selections and four chains of excluders leave. */
+/* six_boxes.h - six cubes on the diagonal, for tests of lists on one and on several ranks, and the number of
+ * overlapping pairs that each of four selections and four chains of excluders must leave. */
 #ifndef KITH_TEST_SIX_BOXES_H
 #define KITH_TEST_SIX_BOXES_H
 
 #include "lib/connectivity/list.h"
 #include "tests/unit/oracle.h"
 
-/* Centers, on the diagonal, and half edges. Those of this rank, by turns, are nodes; all others frozen
- * ghosts. */
+/* Cubes are given by center (x = y = z) and half edge. They are dealt out to the ranks in turn: those of this
+ * rank are nodes, all others frozen ghosts. */
 static inline struct kith_nodes *six_boxes(int rank, int ranks) {
   static const char *const names[] = {"boxes"};
   static const double center[6] = {0, 100, 2.5, 200, 1, 2}, half_edge[6] = {2, 0.5, 1, 0.5, 1.5, 1.5};
@@ -35,7 +35,8 @@ static inline bool six_boxes_chosen(const void *context, const struct kith_nodes
   return *(const int *)context >> nodes->id->i64[i] & 1;
 }
 
-/* Targets and sources: all; disjoint; overlapping; the same two. Chains: none; self; half; self and half. */
+/* Rows: targets and sources are all; disjoint; overlapping; the same two cubes. Columns, the chains: none;
+ * self; symmetric_duplicates; both. */
 static const size_t six_boxes_pairs[4][4] = {{18, 12, 12, 6}, {1, 1, 1, 1}, {9, 7, 8, 6}, {4, 2, 3, 1}};
 
 static inline struct kith_list_spec six_boxes_spec(const struct kith_nodes *nodes, struct kith_search *search,

@@ -1,4 +1,6 @@
-/* Sums without an order, against whole numbers of 128 bits, and against themselves in other orders. */
+/* test_sum.c - sums that do not depend on the order of terms. Oracles: exact sums of 128-bit integers,
+ * rounded once; sums known by hand; and the same terms in other orders and partial sums. All must be equal to
+ * the last bit, except the comparison with long double in close_to_long_double. */
 #include "lib/comm/sum.h"
 #include <float.h>
 #include <stdlib.h>
@@ -10,8 +12,8 @@ static double sum_of(const double *term, int n) {
   return kith_sum_value(&sum);
 }
 
-/* In three parts that are joined, some of them empty. */
-static double parts_of(const double *term, int n, uint64_t *state) {
+/* Sums in up to three parts, then joins them. */
+static double sum_of_parts(const double *term, int n, uint64_t *state) {
   struct kith_sum part[3] = {0}, sum = {0};
   const int used = 1 + (int)(3 * check_random(state));
   for (int k = 0; k < n; ++k) kith_sum_add(&part[(int)(used * check_random(state))], term[k]);
@@ -19,8 +21,8 @@ static double parts_of(const double *term, int n, uint64_t *state) {
   return kith_sum_value(&sum);
 }
 
-/* Many at a time. */
-static double together_of(const double *term, int n, uint64_t *state) {
+/* Adds several terms in one call. */
+static double sum_of_batches(const double *term, int n, uint64_t *state) {
   struct kith_sum sum = {0};
   for (int k = 0, here; k < n; k += here) {
     here = (int)(KITH_SUM_TOGETHER * check_random(state)) + 1;
@@ -38,22 +40,23 @@ static void shuffle(double *term, int n, uint64_t *state) {
   }
 }
 
-static bool same(double a, double b) {
+static bool identical(double a, double b) {
   return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
 }
 
-static void same_in_any_order(double *term, int n, uint64_t *state) {
+static void identical_in_any_order(double *term, int n, uint64_t *state) {
   const double first = sum_of(term, n);
   for (int k = 0; k < 5; ++k) {
     shuffle(term, n, state);
-    CHECK(same(sum_of(term, n), first) && same(parts_of(term, n, state), first));
-    CHECK(same(together_of(term, n, state), first));
+    CHECK(identical(sum_of(term, n), first) && identical(sum_of_parts(term, n, state), first));
+    CHECK(identical(sum_of_batches(term, n, state), first));
   }
 }
 
-/* Whole numbers of 53 bits times 2^(0..span), of both signs: exact in 128 bits, and rounded by the compiler.
- * Sizes where carries are due. `shift`: of the binary point. */
-static void exact(int n, int span, int shift) {
+/* Compares with exact sums: terms are 53-bit integers of both signs times 2^(0..span), whose sum fits into
+ * 128 bits and is rounded once, by the compiler. The sizes lie around those at which the sum propagates
+ * carries. `shift` multiplies all terms by 2^shift. */
+static void exact_sums(int n, int span, int shift) {
   double *term = calloc((size_t)n, sizeof *term);
   uint64_t state = (uint64_t)(n + span);
   __int128 wanted = 0;
@@ -63,13 +66,14 @@ static void exact(int n, int span, int shift) {
     wanted += (__int128)whole * ((__int128)1 << up);
     term[k] = ldexp((double)whole, up + shift);
   }
-  CHECK(same(sum_of(term, n), ldexp((double)wanted, shift) + 0.0));
-  same_in_any_order(term, n, &state);
+  CHECK(identical(sum_of(term, n), ldexp((double)wanted, shift) + 0.0));
+  identical_in_any_order(term, n, &state);
   free(term);
 }
 
-/* Of one sign and all bits set: words fill as fast as they can. */
-static void full(int n) {
+/* All terms have one sign and all mantissa bits set, so that the words of the sum fill as fast as
+ * possible. */
+static void full_words(int n) {
   const int64_t whole = (INT64_C(1) << 53) - 1;
   for (int exponent = -40; exponent < 40; ++exponent) {
     struct kith_sum up = {0}, down = {0};
@@ -80,12 +84,12 @@ static void full(int n) {
     const double wanted = ldexp((double)((__int128)whole * n), exponent);
     CHECK(kith_sum_value(&up) == wanted && kith_sum_value(&down) == -wanted);
     kith_sum_join(&up, &down);
-    CHECK(same(kith_sum_value(&up), 0.0));
+    CHECK(identical(kith_sum_value(&up), 0.0));
   }
 }
 
-/* Any bits: all exponents, subnormals, zeros of both signs. What cancels leaves what is left, to the last
- * bit. */
+/* Terms of all exponents, also subnormal. After all have cancelled, the one that is left must be returned to
+ * the last bit. */
 static void any_bits(void) {
   enum { N = 5000 };
   static double term[2 * N + 1];
@@ -94,14 +98,14 @@ static void any_bits(void) {
     const int exponent = (int)(2098 * check_random(&state)) - 1074;
     term[k] = ldexp(2 * check_random(&state) - 1, exponent);
   }
-  same_in_any_order(term, N / 2, &state);
+  identical_in_any_order(term, N / 2, &state);
   static const double rest[] = {1, -1e-300, 0x1p-1074, -0x1.8p-1060, DBL_MAX, -DBL_MIN, 0x1.fffffffffffffp-1};
   for (size_t k = 0; k < sizeof rest / sizeof *rest; ++k) {
     for (int i = 0; i < N; ++i) term[N + i] = -term[i];
-    CHECK(same(sum_of(term, 2 * N), 0.0));
+    CHECK(identical(sum_of(term, 2 * N), 0.0));
     term[2 * N] = rest[k];
-    CHECK(same(sum_of(term, 2 * N + 1), rest[k]));
-    same_in_any_order(term, 2 * N + 1, &state);
+    CHECK(identical(sum_of(term, 2 * N + 1), rest[k]));
+    identical_in_any_order(term, 2 * N + 1, &state);
     for (int i = 0; i < N; ++i)
       term[i] = ldexp(2 * check_random(&state) - 1, (int)(2098 * check_random(&state)) - 1074);
   }
@@ -111,31 +115,32 @@ static void any_bits(void) {
   sum_of((const double[]){__VA_ARGS__}, (int)(sizeof((double[]){__VA_ARGS__}) / sizeof(double)))
 
 static void rounding(void) {
-  CHECK(TERMS(1, 0x1p-53) == 1);                                 /* a tie, to even */
-  CHECK(TERMS(1, 0x1p-53, 0x1p-1074) == 1 + DBL_EPSILON);        /* more than a tie */
-  CHECK(TERMS(1, 0x1p-53, -0x1p-1074) == 1);                     /* less */
-  CHECK(TERMS(1 + DBL_EPSILON, 0x1p-53) == 1 + 2 * DBL_EPSILON); /* the other tie */
+  CHECK(TERMS(1, 0x1p-53) == 1);                                 /* a tie rounds to even */
+  CHECK(TERMS(1, 0x1p-53, 0x1p-1074) == 1 + DBL_EPSILON);        /* above the tie */
+  CHECK(TERMS(1, 0x1p-53, -0x1p-1074) == 1);                     /* below it */
+  CHECK(TERMS(1 + DBL_EPSILON, 0x1p-53) == 1 + 2 * DBL_EPSILON); /* a tie that rounds up */
   CHECK(TERMS(-1, -0x1p-53, -0x1p-1074) == -1 - DBL_EPSILON);
   CHECK(TERMS(0x1p-1074, 0x1p-1074) == 0x1p-1073 && TERMS(DBL_MIN, -0x1p-1074) == DBL_MIN - 0x1p-1074);
   CHECK(TERMS(1e16, 1, -1e16) == 1 && TERMS(1e308, 1, -1e308, 1e-308) == 1);
-  CHECK(same(TERMS(0.0, -0.0), 0.0) && same(TERMS(-0.0), 0.0) && same(TERMS(3, -3), 0.0));
+  CHECK(identical(TERMS(0.0, -0.0), 0.0) && identical(TERMS(-0.0), 0.0) && identical(TERMS(3, -3), 0.0));
   struct kith_sum none = {0};
-  CHECK(same(kith_sum_value(&none), 0.0));
+  CHECK(identical(kith_sum_value(&none), 0.0));
 }
 
 static void not_finite(void) {
   CHECK(TERMS(1, INFINITY, 2) == INFINITY && TERMS(-INFINITY, -INFINITY, 1e300) == -INFINITY);
   CHECK(isnan(TERMS(INFINITY, -INFINITY)) && isnan(TERMS(1, NAN, 2)) && isnan(TERMS(INFINITY, NAN)));
   CHECK(TERMS(DBL_MAX, DBL_MAX) == INFINITY && TERMS(-DBL_MAX, -DBL_MAX) == -INFINITY);
-  CHECK(TERMS(DBL_MAX, DBL_MAX, -DBL_MAX) == DBL_MAX); /* no overflow on the way */
+  CHECK(TERMS(DBL_MAX, DBL_MAX, -DBL_MAX) == DBL_MAX); /* partial sums may exceed DBL_MAX */
   uint64_t state = 5;
   double odd[] = {1, INFINITY, -2, 3, INFINITY}, worse[] = {1, INFINITY, -2, NAN, -INFINITY};
-  same_in_any_order(odd, 5, &state);
-  same_in_any_order(worse, 5, &state);
+  identical_in_any_order(odd, 5, &state);
+  identical_in_any_order(worse, 5, &state);
 }
 
-/* The bound of the header, against long double: n positive terms are good to n 2^-64 there. */
-static void bound(void) {
+/* Tolerance: one rounding of the sum (2^-52), and the n roundings of the long double sum that is the
+ * reference. */
+static void close_to_long_double(void) {
   enum { N = 20000 };
   struct kith_sum sum = {0};
   uint64_t state = 7;
@@ -152,17 +157,17 @@ int main(void) {
   static const int sizes[] = {1, 2, 3, 1999, 2000, 2001, 4000, 10007};
   for (int k = 0; k < 8; ++k)
     for (int span = 1; span < 60; span += 19) {
-      exact(sizes[k], span, -30);
-      exact(sizes[k], span, -1074); /* subnormals among them */
+      exact_sums(sizes[k], span, -30);
+      exact_sums(sizes[k], span, -1074); /* some terms are subnormal */
     }
-  full(6001);
+  full_words(6001);
   any_bits();
   rounding();
   not_finite();
-  bound();
+  close_to_long_double();
   struct kith_sum two[2] = {0};
   kith_sum_add(&two[1], 2.5);
-  kith_sum_ranks(NULL, two, 2); /* one process: as it was */
+  kith_sum_ranks(NULL, two, 2); /* one process: unchanged */
   CHECK(kith_sum_value(&two[0]) == 0 && kith_sum_value(&two[1]) == 2.5);
   return check_failed();
 }

@@ -1,11 +1,12 @@
-/* conformance_excluder.c - every excluder, alone and in chains: what it rejects is in no row, pair, overlap
- * row or intersection, and no overlap goes through it; all searches agree. Those of a scene, by their words;
- * those that are refused. Excluders of lists whose targets are not their sources: test_list.c. */
+/* conformance_excluder.c - every excluder, alone and in chains. Oracle: tests/unit/oracle.h, which applies
+ * the chain to all pairs of nodes; what it rejects must be in no row, pair, overlap row or intersection, and
+ * must connect no overlap, with each search. Also the words that a scene may give, and those that are
+ * refused. Excluders of lists whose targets are not their sources are tested by test_list.c. */
 #include "tests/unit/oracle.h"
 
 static struct kith_field *body, *chain_tag;
 
-/* Two lists with ghosts; tags -1 .. 3 in `body`, 0 .. 3 in `chain`. */
+/* Two lists with ghosts; their tags are -1 .. 3 in `body` and 0 .. 3 in `chain`. */
 static struct kith_nodes *tagged_nodes(void) {
   const struct kith_field_spec of_body = {"body", KITH_SCALAR, KITH_I64, KITH_STATE, NULL, "tag of a body"};
   const struct kith_field_spec of_chain = {"chain", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "tag of a chain"};
@@ -34,7 +35,7 @@ static struct kith_connectivity *build(const struct kith_nodes *nodes, const str
   return c;
 }
 
-/* All that is built against the definitions, which ask the chain. Returns the number of pairs. */
+/* Compares all variants and searches with the oracle. Returns the number of pairs. */
 static size_t conforms(const struct kith_nodes *nodes, struct kith_excluder *chain) {
   size_t pairs = 0;
   for (int variant = 0; variant < 4; ++variant) {
@@ -42,7 +43,7 @@ static size_t conforms(const struct kith_nodes *nodes, struct kith_excluder *cha
     oracle_check(first, nodes, chain);
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops != NULL; ++ops) {
       struct kith_connectivity *other = build(nodes, *ops, chain, variant);
-      CHECK(oracle_same(first, other));
+      CHECK(oracle_identical(first, other));
       kith_connectivity_destroy(&other);
     }
     if (variant == 0) pairs = first->pairs.n;
@@ -51,8 +52,8 @@ static size_t conforms(const struct kith_nodes *nodes, struct kith_excluder *cha
   return pairs;
 }
 
-/* A chain from words; how many pairs it leaves. */
-static size_t left_by(const struct kith_nodes *nodes, const char *words) {
+/* Returns the number of pairs that a chain, given in words, leaves. */
+static size_t pairs_left_by(const struct kith_nodes *nodes, const char *words) {
   struct kith_excluders chain;
   CHECK_OK(kith_excluders_create(&chain, words));
   const size_t pairs = conforms(nodes, chain.n > 0 ? chain.excluder : NULL);
@@ -60,7 +61,7 @@ static size_t left_by(const struct kith_nodes *nodes, const char *words) {
   return pairs;
 }
 
-/* A row holds images of its own node, but never the node, though its distance is 0. */
+/* A row holds images of its own node, but never the node itself, though its distance is 0. */
 static void check_self(void) {
   struct kith_nodes *nodes = oracle_lattice(1, 1, 1);
   oracle_ghosts(nodes, 0, false, 1);
@@ -82,22 +83,22 @@ static void check_pairs_once(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Those that a scene may name, against their definitions by hand. */
-static void check_words(void) {
+/* Excluders that a scene may name, on pairs whose tags are known. */
+static void check_scene_words(void) {
   struct kith_nodes *nodes = tagged_nodes();
-  const size_t all = left_by(nodes, ""), one = left_by(nodes, "connected:field=body"),
-               both = left_by(nodes, "connected:field=chain | connected:field=body");
+  const size_t all = pairs_left_by(nodes, ""), one = pairs_left_by(nodes, "connected:field=body"),
+               both = pairs_left_by(nodes, "connected:field=chain | connected:field=body");
   CHECK(both < one && one < all);
-  CHECK(left_by(nodes, "materials:of=gas and=dust | connected:field=body") < one);
+  CHECK(pairs_left_by(nodes, "materials:of=gas and=dust | connected:field=body") < one);
   struct kith_excluders chain;
   const struct kith_selection set = {.nodes = nodes};
 #define REJECTS(i, j) \
   kith_excluder_rejects(chain.excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, i, j, 0})
   CHECK_OK(kith_excluders_create(&chain, "connected:field=chain"));
   CHECK_OK(kith_excluder_setup(chain.excluder, &set, &set));
-  CHECK(REJECTS(1, 5) && !REJECTS(1, 6)); /* chain 1 is nodes 1, 5, ... */
+  CHECK(REJECTS(1, 5) && !REJECTS(1, 6)); /* nodes 1, 5, ... have tag 1 */
   CHECK(!REJECTS(0, 4));                  /* tag 0 connects nothing */
-  chain_tag->u8[6] = 1;                   /* what is read when it is asked */
+  chain_tag->u8[6] = 1;                   /* the tag is read at each call */
   CHECK(REJECTS(1, 6));
   kith_excluders_clear(&chain);
   CHECK_OK(kith_excluders_create(&chain, "materials:of=dust"));
@@ -117,7 +118,7 @@ static void check_bonds(void) {
   struct kith_excluder excluder = {.ops = &kith_excluder_bonds, .context = &bonds};
   const size_t one = conforms(nodes, &excluder);
   CHECK(one < conforms(nodes, NULL));
-  id[3][0] = 0, id[3][1] = 1; /* set up again, it knows of the new bond */
+  id[3][0] = 0, id[3][1] = 1; /* the next set-up reads the new bond */
   CHECK(conforms(nodes, &excluder) <= one + 2);
   const struct kith_selection set = {.nodes = nodes};
   CHECK(kith_excluder_rejects(&excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, 1, 0, 0}));
@@ -147,7 +148,8 @@ static kith_status wrong_setup(struct kith_excluder *excluder, const struct kith
   KITH_FAIL(BAD_INPUT, "a set-up that fails");
 }
 
-/* The same predicate gives the same result in both phases; chains of both phases. */
+/* A predicate leaves the same pairs in the broad and in the narrow phase, and chains may hold excluders of
+ * both phases. */
 static void check_custom(void) {
   static const struct kith_excluder_ops broad_ops = {.name = "odd", .phase = KITH_BROAD, .reject = odd_sum},
                                         narrow_ops = {.name = "odd", .phase = KITH_NARROW, .reject = odd_sum},
@@ -168,7 +170,7 @@ static void check_custom(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* By name. */
+/* Excluders that connectivity cannot have, and unknown words. */
 static void check_refused(void) {
   static const struct {
     const char *words, *why;
@@ -205,7 +207,7 @@ static void check_refused(void) {
 int main(void) {
   check_self();
   check_pairs_once();
-  check_words();
+  check_scene_words();
   check_bonds();
   check_custom();
   check_refused();

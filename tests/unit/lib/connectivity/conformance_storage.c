@@ -1,12 +1,15 @@
-/* conformance_storage.c - every storage gives back the rows that it was given, ragged and empty ones too, or
- * their upper half; again with other rows; what compressed rows of a lattice along the curve need. */
+/* conformance_storage.c - every storage of lists returns the rows that it was given, or their upper halves:
+ * random ragged and empty rows, and those of a lattice, twice in the same memory. Compressed rows of a
+ * lattice that is sorted along the curve must take 1.5 bytes per entry at most, against the 4 bytes of an
+ * index. */
 #include "lib/connectivity/storage/storage.h"
 
 #include <stdlib.h>
 #include "lib/core/choices.h"
 #include "tests/unit/oracle.h"
 
-/* Ascending rows of 0 .. most entries, every seventh empty, among `n` nodes; the gaps grow with `spread`. */
+/* Makes ascending rows of fewer than `most` entries among `n` nodes, every seventh of them empty; the gaps
+ * between entries grow with `spread`. */
 static void make_rows(struct kith_rows *rows, kith_index n, int most, int spread, uint64_t *state) {
   CHECK_OK(kith_rows_reserve(rows, n));
   for (kith_index t = 0; t < n; ++t)
@@ -24,12 +27,12 @@ static void make_rows(struct kith_rows *rows, kith_index n, int most, int spread
 static void copy_rows(struct kith_rows *to, const struct kith_rows *from) {
   CHECK_OK(kith_rows_reserve(to, from->n));
   memcpy(to->first, from->first, ((size_t)from->n + 1) * sizeof *to->first);
-  for (kith_index t = from->n; t > 0; --t) to->first[t] -= to->first[t - 1]; /* lengths */
+  for (kith_index t = from->n; t > 0; --t) to->first[t] -= to->first[t - 1]; /* back to lengths */
   CHECK_OK(kith_rows_sum(to, -1));
   if (from->first[from->n] > 0) memcpy(to->node, from->node, from->first[from->n] * sizeof *to->node);
 }
 
-static void gives_back(struct kith_stored *stored, const struct kith_rows *rows, const kith_index *node) {
+static void returns_rows(struct kith_stored *stored, const struct kith_rows *rows, const kith_index *node) {
   kith_index *space = malloc((stored->longest + 1) * sizeof *space);
   CHECK(stored->n == rows->n && stored->entries == rows->first[rows->n]);
   for (kith_index t = 0; t < rows->n; ++t) {
@@ -51,14 +54,14 @@ static void conforms(const char *words) {
   struct kith_stored stored;
   uint64_t state = 2;
   CHECK_OK(kith_stored_create(&stored, words));
-  for (int round = 0; round < 3; ++round) { /* memory is used again */
+  for (int round = 0; round < 3; ++round) { /* rounds use the memory again */
     const kith_index n = round == 1 ? 0 : 1500 - 500 * round;
     kith_index *node = malloc(((size_t)n + 1) * sizeof *node);
     for (kith_index t = 0; t < n; ++t) node[t] = n - t;
     make_rows(&rows, n, round == 0 ? 90 : 20, round == 0 ? 3000000 : 20, &state);
     copy_rows(&stored.rows, &rows);
     CHECK_OK(kith_stored_keep(&stored, node));
-    gives_back(&stored, &rows, node);
+    returns_rows(&stored, &rows, node);
     CHECK(kith_stored_bytes(&stored) >= (stored.ops->upper ? 0 : rows.first[n]));
     free(node);
   }
@@ -66,7 +69,7 @@ static void conforms(const char *words) {
   kith_rows_clear(&rows);
 }
 
-/* Neighbors of a cubic lattice in curve order. Bytes an entry. */
+/* Returns the bytes per entry of the rows of a cubic lattice whose nodes are sorted along the curve. */
 static double bytes_of(const char *words, double search_radius, int n) {
   struct kith_nodes *nodes = oracle_lattice(1, n, search_radius / n);
   struct kith_search *search;
@@ -87,7 +90,7 @@ static double bytes_of(const char *words, double search_radius, int n) {
   copy_rows(&stored.rows, &c->rows);
   for (kith_index i = 0; i < nodes->n_internal; ++i) node[i] = i;
   CHECK_OK(kith_stored_keep(&stored, node));
-  gives_back(&stored, &c->rows, node);
+  returns_rows(&stored, &c->rows, node);
   const double bytes = (double)kith_stored_bytes(&stored) / (double)stored.entries;
   kith_stored_clear(&stored);
   kith_connectivity_destroy(&c);

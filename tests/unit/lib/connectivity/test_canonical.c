@@ -1,5 +1,6 @@
-/* What does not depend on ranks: numbered images, rows in canonical order, all nodes by id. On one
- * process. */
+/* test_canonical.c - what makes runs independent of ranks, here on one process: numbered images (oracle: the
+ * reflected or shifted position), rows in canonical order (oracle: sorted ids, and the partners of rows in
+ * index order), bitwise identical runs with every search, and nodes gathered by id. */
 #include <omp.h>
 #include "lib/nodes/migrate.h"
 #include "tests/unit/scenario.h"
@@ -18,30 +19,32 @@ static const char box[] =
     "     pressure: 0.2}\n"
     "until: 1\n";
 
-/* The image along an axis that a number stands for: digits of -2^15 .. 2^15 - 1. */
+/* Decodes the number of periods or reflections along an axis: `image` is three digits of base 2^16, each in
+ * -2^15 .. 2^15 - 1. */
 static int digit(int64_t image, int axis) {
   for (int a = 0; a < axis; ++a) image = (image - (int16_t)(image & 0xffff)) / 65536;
   return (int16_t)(image & 0xffff);
 }
 
-/* Where image n of a node at x is: the unfolded line of boundary.h. */
-static double place_of(double x, int n, int axis) {
+/* Returns the position of image n of a node at x (see boundary.h): shifted along periodic axes, reflected if
+ * n is odd along the others. */
+static double image_position(double x, int n, int axis) {
   const double upper = axis == 1 ? 0.12 : 1;
   return axis != 1 || n % 2 == 0 ? x + n * upper : upper - x + n * upper;
 }
 
-/* Every ghost is where its number says; no two partners have the same id and number. */
+/* Every ghost is where its image number says, and only nodes have number 0. */
 static void images_are_numbered(const struct scenario *s) {
   const struct kith_nodes *nodes = s->simulation->nodes;
   int64_t most;
-  kith_index *place = scenario_places(s, &most);
+  kith_index *place = scenario_indices(s, &most);
   for (kith_index g = 0; g < kith_nodes_count(nodes); ++g) {
     const kith_index i = place[nodes->id->i64[g]];
     CHECK((nodes->image->i64[g] == 0) == (g < nodes->n_internal));
     for (int a = 0; a < NDIM; ++a) {
       const double x = nodes->position->f64[(size_t)i * NDIM + a];
-      const double wanted = place_of(x, digit(nodes->image->i64[g], a), a);
-      CHECK_CLOSE(nodes->position->f64[(size_t)g * NDIM + a], wanted, 1e-14); /* round-off of a few lengths */
+      const double wanted = image_position(x, digit(nodes->image->i64[g], a), a);
+      CHECK_CLOSE(nodes->position->f64[(size_t)g * NDIM + a], wanted, 1e-14); /* a few roundings of 1 */
     }
   }
   free(place);
@@ -52,7 +55,8 @@ static bool before(const struct kith_nodes *nodes, kith_index j, kith_index k) {
   return nodes->image->i64[j] < nodes->image->i64[k];
 }
 
-/* In order, and each entry knows its pair, which starts at the lower id (images follow their node). */
+/* Rows ascend by id and image. Each entry refers to its pair, which starts at a node rather than a ghost,
+ * else at the lower id. */
 static void rows_are_in_order(const struct scenario *s) {
   const struct kith_connectivity *c = s->simulation->connectivity;
   for (kith_index i = 0; i < s->simulation->nodes->n_internal; ++i)
@@ -67,15 +71,15 @@ static void rows_are_in_order(const struct scenario *s) {
     }
 }
 
-/* The same partners as rows by index have. */
+/* Rows in canonical order have the partners of rows in index order. */
 static void same_partners(const struct scenario *plain, const struct scenario *ordered) {
   const struct kith_rows *a = &plain->simulation->connectivity->rows,
                          *b = &ordered->simulation->connectivity->rows;
   int64_t most;
-  kith_index *place = scenario_places(plain, &most);
+  kith_index *place = scenario_indices(plain, &most);
   for (kith_index i = 0; i < ordered->simulation->nodes->n_internal; ++i) {
     const kith_index k = place[ordered->simulation->nodes->id->i64[i]];
-    int64_t sum = 0; /* of ids and their squares: the same set, for all purposes */
+    int64_t sum = 0; /* equal sums of ids and of their squares mean equal sets */
     for (size_t e = b->first[i]; e < b->first[i + 1]; ++e) {
       const int64_t id = ordered->simulation->nodes->id->i64[b->node[e]];
       sum += id + id * id * 1000003;
@@ -89,7 +93,7 @@ static void same_partners(const struct scenario *plain, const struct scenario *o
   free(place);
 }
 
-static void order(const char *settings) {
+static void canonical_order(const char *settings) {
   struct scenario plain = {0}, ordered = {0};
   if (scenario_open(&plain, box, "%s", settings) &&
       scenario_open(&ordered, box, "reproducible=true %s", settings)) {
@@ -103,7 +107,7 @@ static void order(const char *settings) {
   scenario_close(&plain);
 }
 
-static void same_with(const char *settings) {
+static void identical_with(const char *settings) {
   static const char *const searches[] = {"grid", "spacetree", "brute"};
   struct scenario tree = {0}, other = {0};
   if (scenario_open(&tree, box, "reproducible=true neighbor.search=tree %s", settings) &&
@@ -112,29 +116,29 @@ static void same_with(const char *settings) {
       omp_set_num_threads(1 + k);
       if (scenario_open(&other, box, "reproducible=true neighbor.search=%s %s", searches[k], settings) &&
           scenario_run(&other, 3))
-        scenario_same(&tree, &other, searches[k]);
+        scenario_identical(&tree, &other, searches[k]);
       scenario_close(&other);
     }
   scenario_close(&tree);
 }
 
-/* Any search and number of threads, the same bits. */
-static void same_for_all_searches(void) {
-  same_with("");
-  same_with("traversal=pairs");
-  same_with("traversal=gather method.package=mfm");
-  same_with("method.package=mfm method.faces=integrated resolution=4");
-  same_with("scheme.name=arkode method.energy=thermal");
+/* All searches and numbers of threads are bitwise identical. */
+static void identical_for_all_searches(void) {
+  identical_with("");
+  identical_with("traversal=pairs");
+  identical_with("traversal=gather method.package=mfm");
+  identical_with("method.package=mfm method.faces=integrated resolution=4");
+  identical_with("scheme.name=arkode method.energy=thermal");
 }
 
-/* All nodes, list by list, by id, with their values; also when they were reordered. */
-static void by_id(void) {
+/* Gathered nodes are sorted by list and id, and have their values. */
+static void gathered_by_id(void) {
   struct scenario s = {0};
   struct kith_nodes *whole = NULL;
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
     const struct kith_nodes *nodes = s.simulation->nodes;
     int64_t most;
-    kith_index *place = scenario_places(&s, &most);
+    kith_index *place = scenario_indices(&s, &most);
     CHECK_OK(kith_nodes_by_id(nodes, 1, &whole));
     CHECK(whole->n_internal == nodes->n_internal && whole->n_ghost == 0);
     for (int l = 0; l < nodes->n_lists; ++l) CHECK(whole->lists[l].count == nodes->lists[l].count);
@@ -153,7 +157,7 @@ static void by_id(void) {
   scenario_close(&s);
 }
 
-/* Images without numbers have no order. */
+/* Without numbers of images there is no canonical order. */
 static void refusals(void) {
   struct scenario s = {0};
   if (scenario_open(&s, box, "%s", "")) {
@@ -164,12 +168,12 @@ static void refusals(void) {
 }
 
 int main(void) {
-  order("traversal=pairs");
-  order("");
-  order("method.package=mfm");
-  order("connectivity.cull=false");
-  same_for_all_searches();
-  by_id();
+  canonical_order("traversal=pairs");
+  canonical_order("");
+  canonical_order("method.package=mfm");
+  canonical_order("connectivity.cull=false");
+  identical_for_all_searches();
+  gathered_by_id();
   refusals();
   return check_failed();
 }

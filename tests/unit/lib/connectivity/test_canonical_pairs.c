@@ -1,6 +1,6 @@
-/* Canonical pairs against their definition: points drawn at random are dealt out to two "ranks" (one process
- * plays each in turn, the other's nodes and images are remote ghosts), and to one that has all. Everybody
- * must start the same pairs at the same ends. */
+/* test_canonical_pairs.c - canonical pairs against their definition, by brute force. Random points are dealt
+ * out to two "ranks" (one process plays each in turn; nodes and images of the other are remote ghosts), and
+ * to one that has all. All must have the same pairs, starting at the same ends. */
 #include <stdlib.h>
 #include <string.h>
 #include "lib/connectivity/connectivity.h"
@@ -8,7 +8,7 @@
 
 enum { NODES = 60, FROZEN = 12, POINTS = 3 * NODES + FROZEN, ALL = 2 };
 
-/* A node, its images at -1 and +1 along axis 0, or a frozen node. */
+/* A node, one of its images at -1 and +1 along axis 0, or a frozen node. */
 struct point {
   int64_t id, image;
   bool frozen;
@@ -18,18 +18,18 @@ struct point {
 
 static struct point point[POINTS];
 
-static int by_chance(const void *a, const void *b) {
+static int by_hash(const void *a, const void *b) {
   const uint64_t p = (uint64_t) * (const int64_t *)a * 0x9e3779b97f4a7c15u,
                  q = (uint64_t) * (const int64_t *)b * 0x9e3779b97f4a7c15u;
   return (p > q) - (p < q);
 }
 
-/* Ids are in no order; the search radius is about a quarter of the box, in thin boxes beyond an image of
- * itself. */
+/* Draws points whose ids are in random order. With the largest search radius a node reaches its own images.
+ * */
 static void draw(uint64_t seed, double search_radius) {
   int64_t id[NODES + FROZEN];
   for (int k = 0; k < NODES + FROZEN; ++k) id[k] = k + (int64_t)(seed % 7);
-  qsort(id, NODES + FROZEN, sizeof *id, by_chance);
+  qsort(id, NODES + FROZEN, sizeof *id, by_hash);
   for (int k = 0; k < NODES + FROZEN; ++k) {
     struct point p = {.id = id[k], .frozen = k >= NODES, .owner = check_random(&seed) < 0.5};
     for (int a = 0; a < NDIM; ++a) p.x[a] = check_random(&seed);
@@ -53,7 +53,7 @@ static bool is_node(const struct point *p) {
   return p->image == 0 && !p->frozen;
 }
 
-/* The definition, of two points of which one is a node at least. */
+/* The definition of which end a pair starts at; one of the two points at least is a node. */
 static bool should_start(const struct point *p, const struct point *q) {
   return is_node(p) && (!is_node(q) || p->id < q->id);
 }
@@ -67,7 +67,7 @@ struct rank {
   int of[POINTS]; /* node -> point */
 };
 
-static void put(struct rank *r, kith_index i, int k) {
+static void set_node(struct rank *r, kith_index i, int k) {
   for (int a = 0; a < NDIM; ++a) r->nodes->position->f64[(size_t)i * NDIM + a] = point[k].x[a];
   r->nodes->search_radius->f64[i] = r->nodes->support->f64[i] = point[k].search_radius;
   r->nodes->id->i64[i] = point[k].id;
@@ -85,10 +85,10 @@ static void add_ghosts(struct rank *r, enum kith_ghost_kind kind, int begin, int
   const struct kith_ghost_block block = {.kind = kind, .count = n};
   CHECK_OK(kith_nodes_add_ghosts(r->nodes, &block));
   for (int k = begin; k < end; ++k)
-    if (!is_ours(k, me)) put(r, at++, k);
+    if (!is_ours(k, me)) set_node(r, at++, k);
 }
 
-/* Nodes from the last to the first, so that indices say nothing of ids. */
+/* Nodes are added from the last to the first, so that the order of indices is not that of ids. */
 static void rank_make(struct rank *r, int me, struct kith_requirements need) {
   const char *const names[] = {"gas"};
   kith_index n = 0, first;
@@ -98,8 +98,8 @@ static void rank_make(struct rank *r, int me, struct kith_requirements need) {
   for (int k = 0; k < NODES; ++k) n += is_ours(k, me);
   CHECK_OK(kith_nodes_append(r->nodes, 0, n, &first));
   for (int k = NODES - 1, i = 0; k >= 0; --k)
-    if (is_ours(k, me)) put(r, i++, k);
-  const int early = me == 1 ? FROZEN / 2 : 0; /* frozen nodes before the others */
+    if (is_ours(k, me)) set_node(r, i++, k);
+  const int early = me == 1 ? FROZEN / 2 : 0; /* on rank 1 half of the frozen nodes come first */
   add_ghosts(r, KITH_GHOST_FROZEN, 3 * NODES, 3 * NODES + early, me);
   add_ghosts(r, KITH_GHOST_REMOTE, 0, 3 * NODES, me);
   add_ghosts(r, KITH_GHOST_FROZEN, 3 * NODES + early, POINTS, me);
@@ -119,10 +119,10 @@ static void rank_clear(struct rank *r) {
 
 /* ---- checks ---- */
 
-/* How often each two points are a pair that starts at the first. */
+/* found[k][l]: how often points k and l are a pair that starts at k. */
 static uint8_t found[POINTS][POINTS];
 
-static void count(const struct rank *r, const struct kith_pairs *pairs) {
+static void count_pairs(const struct rank *r, const struct kith_pairs *pairs) {
   memset(found, 0, sizeof found);
   CHECK(r->connectivity->canonical && pairs->starts == kith_nodes_count(r->nodes));
   CHECK(pairs->first[0] == 0 && pairs->first[pairs->starts] == pairs->n);
@@ -137,7 +137,7 @@ static bool before(const struct point *p, const struct point *q) {
   return p->id != q->id ? p->id < q->id : p->image < q->image;
 }
 
-/* Rows in order, and each entry knows its pair. */
+/* Rows ascend, and each entry refers to its pair. */
 static void check_rows(const struct rank *r, const struct kith_rows *rows, const struct kith_pairs *pairs) {
   for (kith_index i = 0; i < r->nodes->n_internal; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
@@ -151,11 +151,11 @@ static void check_rows(const struct rank *r, const struct kith_rows *rows, const
     }
 }
 
-/* Brute force: each interaction of a node that is here, once, from the end that it must start at; and no
- * others. */
+/* Each interaction of a node of this rank is there once, from the end that the definition says, and there are
+ * no others. */
 static void check_pairs(const struct rank *r, int me) {
   const struct kith_connectivity *c = r->connectivity;
-  count(r, &c->pairs);
+  count_pairs(r, &c->pairs);
   check_rows(r, &c->rows, &c->pairs);
   size_t wanted = 0, ghosts = 0;
   for (int k = 0; k < POINTS; ++k)
@@ -166,16 +166,16 @@ static void check_pairs(const struct rank *r, int me) {
       wanted += pair, ghosts += pair && !is_ours(k, me);
     }
   CHECK(c->pairs.n == wanted);
-  CHECK((ghosts > 0) == (me != ALL)); /* else this tests nothing */
+  CHECK((ghosts > 0) == (me != ALL)); /* else ghosts are not tested */
   CHECK(c->pairs.n - c->pairs.first[r->nodes->n_internal] == ghosts);
 }
 
-/* Nodes whose supports share a point: each once, from the same end for all. */
+/* Overlapping supports are pairs once, from the same end on all ranks. */
 static void check_overlap(uint8_t starts[POINTS][POINTS], int me) {
   const struct kith_requirements need = {.overlap_pairs = true, .ghost_rows = true};
   struct rank r;
   rank_make(&r, me, need);
-  count(&r, &r.connectivity->overlap_pairs);
+  count_pairs(&r, &r.connectivity->overlap_pairs);
   check_rows(&r, &r.connectivity->overlap, &r.connectivity->overlap_pairs);
   for (int k = 0; k < POINTS; ++k)
     for (int l = 0; l < POINTS; ++l) {
@@ -188,8 +188,8 @@ static void check_overlap(uint8_t starts[POINTS][POINTS], int me) {
 
 int main(void) {
   static uint8_t starts[POINTS][POINTS];
-  static const double search_radius[] = {0.05, 0.25,
-                                         1.1}; /* few partners; some; all, and images of oneself */
+  /* few partners; some; all, and images of the node itself */
+  static const double search_radius[] = {0.05, 0.25, 1.1};
   const struct kith_requirements need = {.pairs = true};
   for (uint64_t seed = 1; seed <= 3; ++seed)
     for (int k = NDIM == 3; k < 3; ++k) {

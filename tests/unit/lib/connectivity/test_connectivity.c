@@ -1,5 +1,7 @@
-/* Rows, pairs, overlap and intersection against the definitions, for every search; ties, thin boxes, ghosts.
- * Excluders: conformance_excluder.c; use that must be refused: test_failure_modes.c. */
+/* test_connectivity.c - rows, pairs, overlap and intersection, built with every search, against loops over
+ * all nodes (tests/unit/oracle.h): random nodes, ties, thin boxes, ghosts, idle nodes. Also reuse of memory,
+ * and checks that find wrong rows. Excluders are tested by conformance_excluder.c, wrong use by
+ * test_failure_modes.c. */
 #include "tests/unit/oracle.h"
 
 #include <omp.h>
@@ -24,8 +26,8 @@ static struct kith_connectivity *build(const struct kith_nodes *nodes, const str
   return connectivity;
 }
 
-/* All searches give the same bytes, and the right ones. Variant: ghost rows off or on; both kinds of
- * intersection. */
+/* Compares with the oracle; all searches must be bitwise identical. `variant`: bit 0 adds rows of ghosts, bit
+ * 1 restricts intersections to the segment. */
 static void check_variant(const struct kith_nodes *nodes, struct kith_excluder *chain, int variant) {
   struct kith_requirements need = everything;
   need.ghost_rows = variant & 1, need.on_segment = variant & 2;
@@ -33,7 +35,7 @@ static void check_variant(const struct kith_nodes *nodes, struct kith_excluder *
   oracle_check(first, nodes, chain);
   for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
     struct kith_connectivity *other = build(nodes, *ops, need, chain);
-    CHECK(oracle_same(first, other));
+    CHECK(oracle_identical(first, other));
     kith_connectivity_destroy(&other);
   }
   kith_connectivity_destroy(&first);
@@ -53,14 +55,14 @@ static void random_nodes(void) {
   uint64_t state = 7;
   for (int c = 0; c < (int)(sizeof counts / sizeof *counts); ++c)
     for (int lists = 1; lists <= 3; lists += 2) {
-      /* supports 8:1 between neighbors */
+      /* search radii differ by up to 8 : 1 */
       struct kith_nodes *nodes = oracle_random(lists, counts[c], NDIM == 3 ? 0.06 : 0.03, 8, &state);
       check_all(nodes, NULL);
       kith_nodes_destroy(&nodes);
     }
 }
 
-/* Nothing (0), periodic (1), mirror (2) for each axis: all combinations, with corners. */
+/* For each axis no ghosts (0), periodic (1) or mirror (2): all combinations, with corners. */
 static void ghosts(void) {
   uint64_t state = 11;
   const int count[3] = {14, 6, 0};
@@ -74,8 +76,8 @@ static void ghosts(void) {
   }
 }
 
-/* The same with the ghosts of boundaries, twice as deep for overlap: open, periodic, reflecting on each
- * axis. */
+/* As above, with ghosts from boundaries (open, periodic or reflecting on each axis), twice as deep, as
+ * overlap needs them. */
 static void boundary_ghosts(void) {
   uint64_t state = 19;
   const int count[3] = {4, 0, 2};
@@ -96,8 +98,8 @@ static void boundary_ghosts(void) {
   }
 }
 
-/* A periodic lattice of 2 cells with R = h: every node has 2 NDIM neighbors, two images of each partner among
- * them. */
+/* In a periodic lattice of 2 cells with R = h every node has 2 NDIM neighbors: each partner counts twice, as
+ * two images. */
 static void thin_box(void) {
   struct kith_nodes *nodes = oracle_lattice(2, 2, 0.5);
   struct kith_boundaries boundaries = {0};
@@ -113,19 +115,19 @@ static void thin_box(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Search radius exactly a lattice distance: h, sqrt(2) h (irrational: decided by rounding, but alike
- * everywhere), 2 h. Boxes of 1, 2 and 4 cells; a periodic box of one cell has its own images as neighbors. */
+/* The search radius is exactly a lattice distance: h, sqrt(2) h (where rounding decides, but everywhere in
+ * the same way) or 2 h. A periodic box of one cell has its own images as neighbors. */
 static void lattices(void) {
   for (int n = 1; n <= 4; n *= 2)
     for (int kind = 0; kind < 3; ++kind)
       for (int lists = 1; lists <= 2; ++lists) {
         const double h = 1.0 / n, search_radius = kind == 0 ? h : kind == 1 ? 2 * h : sqrt(2) * h;
         struct kith_nodes *nodes = oracle_lattice(lists, n, search_radius);
-        if (n < 4) add_ghosts(nodes, 1 + 3 + 9, h); /* one layer more than the box, periodic */
+        if (n < 4) add_ghosts(nodes, 1 + 3 + 9, h); /* periodic, one layer deeper than the box */
         check_all(nodes, NULL);
         kith_nodes_destroy(&nodes);
       }
-  /* By hand: an inner node of a lattice with R = h has 2 NDIM neighbors; with R just below none. */
+  /* Known: an inner node of a lattice with R = h has 2 NDIM neighbors; with R just below h it has none. */
   for (int below = 0; below < 2; ++below) {
     struct kith_nodes *nodes = oracle_lattice(1, 4, below ? nextafter(0.25, 0) : 0.25);
     struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
@@ -136,8 +138,8 @@ static void lattices(void) {
   }
 }
 
-/* Where nodes are active or idle: rows of active nodes are whole, those of the others hold active nodes,
- * ghosts among them. From no active node to all. */
+/* Rows of active nodes are complete; rows of idle nodes hold active nodes only, ghosts too. From no active
+ * node to all. */
 static void activity(void) {
   const struct kith_requirements need = {.rows = true, .pairs = true};
   const int count[3] = {NDIM == 1 ? 80 : 300, 0, 60};
@@ -158,7 +160,7 @@ static void activity(void) {
   }
 }
 
-/* Ten nodes in one place, some with search radius 0; and a far node outside of everything. */
+/* Ten nodes in one place, some with search radius 0, and a node far from all others. */
 static void coincident(void) {
   uint64_t state = 3;
   const int count[3] = {12, 0, 0};
@@ -171,8 +173,8 @@ static void coincident(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Enough nodes for many groups, chunks and shares: any number of threads and any search gives the same
- * bytes. */
+/* Enough nodes for many groups and for parts of threads: bitwise identical with any search and number of
+ * threads. */
 static void threads(void) {
   uint64_t state = 23;
   const int count[3] = {900, 300, 0};
@@ -185,7 +187,7 @@ static void threads(void) {
     omp_set_num_threads(t);
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
       struct kith_connectivity *other = build(nodes, *ops, need, NULL);
-      CHECK(oracle_same(first, other));
+      CHECK(oracle_identical(first, other));
       kith_connectivity_destroy(&other);
     }
   }
@@ -198,7 +200,7 @@ static void threads(void) {
 
 /* --- reuse of memory, breaches, requirements --- */
 
-static void reuse(void) {
+static void memory_reuse(void) {
   uint64_t state = 13;
   const int count[3] = {50, 10, 0};
   struct kith_nodes *nodes = oracle_random(2, count, 0.2, 2, &state);
@@ -222,7 +224,7 @@ static void reuse(void) {
   CHECK(kith_connectivity_bytes(c) == bytes && memcmp(where, now, sizeof now) == 0);
   CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&c->pairs, factor));
   CHECK(kith_pairwise_bytes(&c->pairs) == values && bytes > c->pairs.n * sizeof(kith_index[2]));
-  /* Less is less: what is not asked for is not there. */
+  /* A build removes what it was not asked for. */
   CHECK_OK(kith_connectivity_build(c, nodes, search, (struct kith_requirements){.rows = true}, NULL, NULL));
   CHECK(c->pairs.n == 0 && c->overlap.n == 0 && c->intersection.n == 0 && !c->built.pairs &&
         c->rows.n == nodes->n_internal);
@@ -236,8 +238,8 @@ static void reuse(void) {
   kith_nodes_destroy(&nodes);
 }
 
-static void breach(const struct kith_connectivity *c, const struct kith_nodes *nodes, kith_index *place,
-                   kith_index wrong) {
+static void finds_wrong(const struct kith_connectivity *c, const struct kith_nodes *nodes, kith_index *place,
+                        kith_index wrong) {
   const kith_index right = *place;
   CHECK(right != wrong);
   *place = wrong;
@@ -246,26 +248,26 @@ static void breach(const struct kith_connectivity *c, const struct kith_nodes *n
   CHECK_OK(kith_connectivity_valid(c, nodes));
 }
 
-/* One wrong number anywhere is found. */
-static void breaches(void) {
+/* The check of validity finds one wrong number in any array. */
+static void wrong_numbers(void) {
   struct kith_nodes *nodes = oracle_lattice(1, 4, 0.5);
   struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
   struct kith_pairwise *factor;
   CHECK_OK(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &factor));
   const kith_index n = kith_nodes_count(nodes);
-  breach(c, nodes, &c->rows.node[0], n);
-  breach(c, nodes, &c->rows.node[0], 0);
-  breach(c, nodes, &c->rows.node[1], c->rows.node[0]);
-  breach(c, nodes, &c->rows.node[c->rows.first[1] - 1], n - 1);
-  breach(c, nodes, &c->pairs.node[1][1], c->pairs.node[0][1]);
-  breach(c, nodes, &c->pairs.node[0][0], 1);
-  breach(c, nodes, (kith_index *)&c->pairs.of_row[1], 0);
-  breach(c, nodes, &c->overlap_pairs.node[1][1], c->overlap_pairs.node[0][1]);
-  breach(c, nodes, (kith_index *)&c->overlap_pairs.of_row[1], 0);
-  breach(c, nodes, &c->overlap.node[0], 0);
-  breach(c, nodes, &c->overlap.node[1], -1);
-  breach(c, nodes, &c->intersection.node[0], -1);
-  breach(c, nodes, &c->intersection.node[1], n - 1);
+  finds_wrong(c, nodes, &c->rows.node[0], n);
+  finds_wrong(c, nodes, &c->rows.node[0], 0);
+  finds_wrong(c, nodes, &c->rows.node[1], c->rows.node[0]);
+  finds_wrong(c, nodes, &c->rows.node[c->rows.first[1] - 1], n - 1);
+  finds_wrong(c, nodes, &c->pairs.node[1][1], c->pairs.node[0][1]);
+  finds_wrong(c, nodes, &c->pairs.node[0][0], 1);
+  finds_wrong(c, nodes, (kith_index *)&c->pairs.of_row[1], 0);
+  finds_wrong(c, nodes, &c->overlap_pairs.node[1][1], c->overlap_pairs.node[0][1]);
+  finds_wrong(c, nodes, (kith_index *)&c->overlap_pairs.of_row[1], 0);
+  finds_wrong(c, nodes, &c->overlap.node[0], 0);
+  finds_wrong(c, nodes, &c->overlap.node[1], -1);
+  finds_wrong(c, nodes, &c->intersection.node[0], -1);
+  finds_wrong(c, nodes, &c->intersection.node[1], n - 1);
   --c->rows.first[2];
   CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(c, nodes));
   ++c->rows.first[2];
@@ -278,7 +280,8 @@ static void breaches(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* A sweep finds an entry that is missing, and one too many, in rows that are valid otherwise. */
+/* The check of completeness finds a missing entry, and an additional one, in rows that are valid
+ * otherwise. */
 static void incomplete_rows(void) {
   const int count = 120;
   uint64_t state = 7;
@@ -292,7 +295,7 @@ static void incomplete_rows(void) {
   CHECK_OK(kith_connectivity_complete(c, search, false));
   const size_t end = rows->first[1];
   CHECK(end > 0);
-  rows->first[1] = end - 1; /* its last entry is one of the next row, too many there */
+  rows->first[1] = end - 1; /* the last entry of row 0 becomes one of row 1, where it is wrong */
   CHECK_STATUS(KITH_INTERNAL, kith_connectivity_complete(c, search, false));
   CHECK_STATUS(KITH_INTERNAL, kith_connectivity_complete(c, search, true));
   rows->first[1] = end;
@@ -319,8 +322,8 @@ int main(void) {
   activity();
   coincident();
   threads();
-  reuse();
-  breaches();
+  memory_reuse();
+  wrong_numbers();
   incomplete_rows();
   requirements();
   return check_failed();

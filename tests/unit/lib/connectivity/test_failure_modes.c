@@ -1,5 +1,5 @@
-/* test_failure_modes.c - the common failure modes of code that uses connectivity: each is refused by name, or
- * cannot happen. */
+/* test_failure_modes.c - common errors of code that uses connectivity: each is refused with a status and a
+ * message, or cannot happen. Test names are the names of the errors. */
 #include "tests/unit/oracle.h"
 
 static const struct kith_requirements everything = {
@@ -41,8 +41,8 @@ static void using_connectivity_before_neighbors_are_updated(void) {
   CHECK_STATUS(KITH_STALE, kith_connectivity_fresh(w.c, w.nodes)); /* nothing was built */
   CHECK_STATUS(KITH_STALE, kith_connectivity_build(w.c, w.nodes, w.search, everything, NULL, NULL));
   build(&w, everything);
-  ++w.nodes
-        ->positions; /* nodes may move while Verlet lists are kept, but no list is built from an old search */
+  /* nodes may move while Verlet lists are kept, but no list is built from an old search */
+  ++w.nodes->positions;
   CHECK_OK(kith_connectivity_fresh(w.c, w.nodes));
   CHECK_STATUS(KITH_STALE, kith_connectivity_build(w.c, w.nodes, w.search, everything, NULL, NULL));
   oracle_ghosts(w.nodes, 0, true, 0.1);
@@ -70,7 +70,8 @@ static void retaining_pairwise_fields_across_rebuilds(void) {
   CHECK(w.c->pairs.n > 0 && field->capacity >= 4 * w.c->pairs.n);
   CHECK(kith_pairwise_named(&w.c->pairs, "flux") == field);
   CHECK_STATUS(KITH_INTERNAL, kith_pairwise_prepare(&w.c->pairs, &wider, &again));
-  CHECK_OK(kith_pairwise_prepare(&w.c->overlap_pairs, &wider, &of_overlap)); /* another list, another field */
+  /* another list has its own field of this name */
+  CHECK_OK(kith_pairwise_prepare(&w.c->overlap_pairs, &wider, &of_overlap));
   CHECK(of_overlap != field && of_overlap->capacity >= 5 * w.c->overlap_pairs.n);
   const double *const before = field->value;
   build(&w, everything);
@@ -82,12 +83,12 @@ static void retaining_pairwise_fields_across_rebuilds(void) {
   kith_connectivity_mark_ghosts(w.c, w.nodes, keep);
   CHECK_OK(kith_nodes_cull_ghosts(w.nodes, keep, renumber));
   CHECK_OK(kith_connectivity_patch(w.c, w.nodes, renumber, old_count));
-  CHECK_STATUS(KITH_STALE,
-               kith_pairwise_fresh(&w.c->pairs, field)); /* a patch numbers the pairs anew as well */
+  /* a patch renumbers the pairs, too */
+  CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&w.c->pairs, field));
   CHECK_OK(kith_pairwise_prepare(&w.c->pairs, &spec, &field));
   CHECK_OK(kith_connectivity_canonical(w.c, w.nodes));
   CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&w.c->pairs, field));
-  build(&w, (struct kith_requirements){.rows = true}); /* nor are values of no pairs fresh */
+  build(&w, (struct kith_requirements){.rows = true}); /* without pairs, their values are stale */
   CHECK_STATUS(KITH_STALE, kith_pairwise_fresh(&w.c->pairs, field));
   close_world(&w);
 }
@@ -103,13 +104,13 @@ static void assuming_ghost_connectivity_exists(void) {
   struct world w;
   open_world(&w);
   build(&w, (struct kith_requirements){.rows = true});
-  CHECK(w.nodes->n_ghost > 0 && w.c->rows.n == w.nodes->n_internal); /* no row, not an empty one */
+  CHECK(w.nodes->n_ghost > 0 && w.c->rows.n == w.nodes->n_internal); /* ghosts have no rows at all */
   for (int k = 0; k < n; ++k) {
     if (k == n - 1) build(&w, (struct kith_requirements){0});
     CHECK_STATUS(KITH_UNSUPPORTED, kith_connectivity_provides(w.c, w.nodes, missing[k].need));
     CHECK(strstr(kith_failure(), missing[k].name) != NULL);
   }
-  /* The overlap needs rows of ghosts while it is built; nobody else may read them. */
+  /* To build the overlap, rows of ghosts are needed for a while, but are not provided. */
   build(&w, everything);
   CHECK_STATUS(KITH_UNSUPPORTED,
                kith_connectivity_provides(w.c, w.nodes, (struct kith_requirements){.ghost_rows = true}));
@@ -120,8 +121,8 @@ static void assuming_ghost_connectivity_exists(void) {
   close_world(&w);
 }
 
-/* Each interaction is in the list once, and kith_connectivity_pair finds it from both ends; in both
- * orders. */
+/* Each interaction is in the list once, and kith_connectivity_pair finds it from both ends, in index and in
+ * canonical order. */
 static void double_counting_pair_interactions(void) {
   for (int canonical = 0; canonical < 2; ++canonical) {
     struct world w;
@@ -150,7 +151,7 @@ static void double_counting_pair_interactions(void) {
   }
 }
 
-/* Order by index is for patches; whoever has canonical order is refused them, but validated. */
+/* Patches need index order: after a change to canonical order they are refused, but the rows stay valid. */
 static void breaking_deterministic_order(void) {
   struct world w;
   kith_index renumber[512];
@@ -165,7 +166,7 @@ static void breaking_deterministic_order(void) {
   w.c->pairs.of_row[0] = w.c->pairs.of_row[1]; /* the pair of another partner */
   CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(w.c, w.nodes));
   w.c->pairs.of_row[0] = first;
-  --w.c->pairs.n; /* the last pair is gone */
+  --w.c->pairs.n; /* the last pair is lost */
   CHECK_STATUS(KITH_INTERNAL, kith_connectivity_valid(w.c, w.nodes));
   ++w.c->pairs.n;
   CHECK_STATUS(KITH_UNSUPPORTED,
@@ -176,7 +177,7 @@ static void breaking_deterministic_order(void) {
       CHECK(w.nodes->id->i64[j] < w.nodes->id->i64[k] ||
             (w.nodes->id->i64[j] == w.nodes->id->i64[k] && w.nodes->image->i64[j] < w.nodes->image->i64[k]));
     }
-  /* Ghosts are not the tail of such rows; they are still found. */
+  /* In canonical order ghosts are not at the end of rows, but are marked all the same. */
   uint8_t *keep = calloc((size_t)w.nodes->n_ghost, 1);
   kith_connectivity_mark_ghosts(w.c, w.nodes, keep);
   for (kith_index g = w.nodes->n_internal; g < n; ++g) {
@@ -188,7 +189,7 @@ static void breaking_deterministic_order(void) {
   close_world(&w);
 }
 
-/* What was not required costs nothing: it is not there, not even from the build before. */
+/* What was not required costs nothing: no memory is reserved, and nothing remains of the build before. */
 static void ignoring_overlap_and_intersection_cost(void) {
   struct world w;
   open_world(&w);

@@ -1,5 +1,6 @@
-/* test_list.c - neighbor lists of any targets and sources against distances alone; ordinals; what builders
- * refuse; when a list is made again; sums over pairs. */
+/* test_list.c - neighbor lists of any targets and sources. Oracle: the distance of all pairs. Also numbers of
+ * pairs that are known (six_boxes.h), errors in specifications, when lists are rebuilt, and reductions over
+ * neighbors. */
 #include <omp.h>
 
 #include "lib/connectivity/list.h"
@@ -37,7 +38,7 @@ static bool by_definition(const struct kith_list_spec *spec, kith_index i, kith_
   }
 }
 
-/* Every row; only the upper part of storage half. Returns the number of entries. */
+/* Compares every row with the definition, with storage half its upper part. Returns the number of entries. */
 static size_t check_rows(const struct kith_list *l) {
   const struct kith_list_spec *spec = &l->spec;
   const struct kith_nodes *sources = spec->sources.nodes;
@@ -65,7 +66,7 @@ static size_t check_rows(const struct kith_list *l) {
   return entries;
 }
 
-/* Bijections between ordinals and the selected nodes, which ascend. */
+/* Ordinals number the selected nodes in ascending order, and can be inverted. */
 static void check_ordinals(const struct kith_list *l) {
   kith_index t = 0, s = 0;
   for (kith_index i = 0; i < kith_nodes_count(l->spec.targets.nodes); ++i) {
@@ -111,8 +112,8 @@ static struct kith_list_spec spec_of(const struct kith_nodes *t, struct kith_sea
                                  .rebuild = "always"};
 }
 
-/* Equal, overlapping and disjoint selections, and points that are no nodes; all cutoffs, searches, storages;
- * periodic images; sorted and not. */
+/* Equal, overlapping and disjoint selections, and points that are not nodes, with all cutoffs, searches and
+ * storages, with periodic images, sorted and unsorted. */
 static void check_definitions(void) {
   static const char *const storages[] = {"csr", "padded", "padded:width=3", "half", "compressed"};
   const int count[2] = {70, 40}, points_count[1] = {50};
@@ -124,10 +125,10 @@ static void check_definitions(void) {
     struct kith_search *search = search_of(nodes, (*ops)->name), *of_points = search_of(points, (*ops)->name);
     for (int cutoff = 1; cutoff <= KITH_CUTOFF_boxes; ++cutoff)
       for (int relation = 0; relation < 6; ++relation) {
-        const bool points_ask = relation == 4, points_answer = relation == 5;
+        const bool points_are_targets = relation == 4, points_are_sources = relation == 5;
         struct kith_list_spec spec =
-            spec_of(points_ask ? points : nodes, points_ask ? of_points : search,
-                    points_answer ? points : nodes, points_answer ? of_points : search, cutoff);
+            spec_of(points_are_targets ? points : nodes, points_are_targets ? of_points : search,
+                    points_are_sources ? points : nodes, points_are_sources ? of_points : search, cutoff);
         struct kith_excluder once = {.ops = &kith_excluder_symmetric_duplicates},
                              self = {.ops = &kith_excluder_self, .next = relation == 2 ? &once : NULL};
         spec.targets.ghosts = relation == 0;
@@ -152,7 +153,8 @@ static void check_definitions(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* A node that reaches its own images has each at two shifts: one interaction. Its mirror image is another. */
+/* A node that reaches its own images reaches two along each axis: one interaction if periodic, two if they
+ * are mirrored. */
 static void check_images_of_self(void) {
   for (int mirror = 0; mirror < 2; ++mirror) {
     struct kith_nodes *nodes = oracle_lattice(1, 1, 1.2);
@@ -236,7 +238,7 @@ static void check_refusals(void) {
   REFUSES("rebuild policy: 'daily' is not one of always", spec.rebuild = "daily");
   REFUSES("follows one set of nodes", spec.rebuild = "displacement",
           spec.sources = ((struct kith_selection){.nodes = other, .search = elsewhere}));
-  /* What only shows when it is built. */
+  /* Errors that are found when the list is built. */
   static const struct {
     kith_status status;
     const char *why;
@@ -305,7 +307,7 @@ static void check_updates(void) {
     move_all(nodes, 0.2);
     UPDATES(policy[k].far);
     check_rows(list);
-    oracle_ghosts(nodes, 0, false, 0.3); /* other entities: whatever the policy */
+    oracle_ghosts(nodes, 0, false, 0.3); /* other nodes cause a rebuild whatever the policy */
     CHECK_STATUS(KITH_STALE, kith_list_current(list));
     UPDATES(KITH_BECAUSE_entity_change);
     check_rows(list);
@@ -320,8 +322,8 @@ static bool is_before(const void *context, const struct kith_nodes *nodes, kith_
   return nodes->id->i64[i] < *(const int *)context;
 }
 
-/* All sources may leave: then rows are empty. */
-static void check_leaving(void) {
+/* Sources may vanish from the selection; then rows are empty. */
+static void check_vanishing_sources(void) {
   const int count[1] = {20};
   int most = 10;
   uint64_t state = 6;
@@ -344,7 +346,7 @@ static void check_leaving(void) {
 
 /* --- iteration --- */
 
-static void take(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
+static void tally_distances(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
   const double *x = ((const struct kith_nodes *)context)->position->f64;
   kith_tally_add(tally, 0, 0);
   for (size_t k = 0; k < neighbors->n; ++k) {
@@ -354,7 +356,8 @@ static void take(void *context, const struct kith_neighbors *neighbors, struct k
   }
 }
 
-/* Targets without neighbors are visited; the same bits with any storage, order and number of threads. */
+/* Targets without neighbors are visited. Sums are bitwise identical with any storage, order and number of
+ * threads. */
 static void check_reducers(void) {
   static const char *const storages[] = {"csr", "padded:width=7", "compressed"};
   struct kith_reducer first[5] = {{KITH_COUNT, 0},
@@ -378,7 +381,7 @@ static void check_reducers(void) {
     memcpy(other, first, sizeof other);
     CHECK_OK(kith_list_create(&list, &spec));
     CHECK_OK(kith_list_update(list, &why));
-    CHECK_OK(kith_list_visit_all(list, take, nodes, other, 5));
+    CHECK_OK(kith_list_visit_all(list, tally_distances, nodes, other, 5));
     if (k == 0) memcpy(first, other, sizeof first);
     for (int r = 0; r < 5; ++r) CHECK(first[r].value == other[r].value);
     CHECK(other[0].value == 2000 && other[1].value == (double)list->stored.entries);
@@ -393,9 +396,9 @@ static void check_reducers(void) {
   enum kith_rebuild_reason why;
   spec.excluders = &self;
   CHECK_OK(kith_list_create(&list, &spec));
-  CHECK_STATUS(KITH_STALE, kith_list_visit_all(list, take, one, other, 5));
+  CHECK_STATUS(KITH_STALE, kith_list_visit_all(list, tally_distances, one, other, 5));
   CHECK_OK(kith_list_update(list, &why));
-  CHECK_OK(kith_list_visit_all(list, take, one, other, 5));
+  CHECK_OK(kith_list_visit_all(list, tally_distances, one, other, 5));
   CHECK(other[0].value == 1 && other[1].value == 0 && other[2].value == 0);
   CHECK(other[3].value == INFINITY && other[4].value == -INFINITY);
   kith_list_destroy(&list);
@@ -410,7 +413,7 @@ int main(void) {
   check_six_boxes();
   check_refusals();
   check_updates();
-  check_leaving();
+  check_vanishing_sources();
   check_reducers();
   return check_failed();
 }

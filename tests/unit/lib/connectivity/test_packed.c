@@ -1,6 +1,6 @@
-/* test_packed.c - distance test, extraction and box test, in the form for any processor and in the one with
- * masks (where this processor has them), beside plain loops: on lattices with exact ties, on random nodes, on
- * none to a few hundred, at the end of arrays. */
+/* test_packed.c - distance tests, extraction of hits and box tests on packed nodes. Oracle: plain loops. The
+ * portable form and the one with AVX-512 masks (where the processor has them) are tested on lattices with
+ * exact ties, on random nodes, for 0 to 300 nodes, and at the ends of arrays. */
 #include "lib/connectivity/build/packed.c"
 
 #include <stdlib.h>
@@ -19,7 +19,7 @@ static bool has_masks(void) {
 #endif
 }
 
-/* On a lattice differences and squares are exact: whether products are contracted does not matter. */
+/* On a lattice differences and squares are exact, so that fused multiply-adds change nothing. */
 static double coordinate(bool lattice) {
   return lattice ? floor(7 * check_random(&seed)) : 7 * check_random(&seed);
 }
@@ -32,7 +32,7 @@ static double square(double d) {
   return d * d;
 }
 
-static void tests_distances(kith_index n, bool lattice) {
+static void check_distances(kith_index n, bool lattice) {
   struct kith_packed packed = {0};
   const double target = radius2(lattice);
   double x[NDIM];
@@ -64,12 +64,12 @@ static void tests_distances(kith_index n, bool lattice) {
   for (int form = 0; form < (has_masks() ? 2 : 1); ++form) {
     CHECK(memcmp(hit[form], expected, (size_t)packed.words * sizeof *expected) == 0);
     CHECK(memcmp(out[form], neighbor, (size_t)count * sizeof *neighbor) == 0);
-    CHECK(out[form][count] == -7); /* the next row stands there */
+    CHECK(out[form][count] == -7); /* the next row begins here */
   }
   kith_packed_clear(&packed);
 }
 
-/* A search whose slots are its nodes, in arrays that end with the last one. */
+/* A search whose slots are its nodes, in arrays with no room behind the last node. */
 static void fill(struct kith_search *search, kith_index n, bool lattice) {
   *search = (struct kith_search){.n = n};
   search->radius2 = malloc(((size_t)n + 1) * sizeof(double));
@@ -93,9 +93,9 @@ static bool near_box(const struct kith_search *search, kith_index s, const struc
 typedef void adding(struct kith_packed *packed, const struct kith_search *search, struct kith_run run,
                     const struct kith_box *box, double target_radius2);
 
-/* The run twice in succession, behind what is packed already. */
-static void adds(adding *add, const struct kith_search *search, struct kith_run run,
-                 const struct kith_box *box, double target) {
+/* Adds the run twice: the second time behind the nodes that are packed already. */
+static void check_adding(adding *add, const struct kith_search *search, struct kith_run run,
+                         const struct kith_box *box, double target) {
   struct kith_packed packed = {0};
   kith_index slot[MOST + 1], listed[MOST + 1];
   int count = 0;
@@ -116,7 +116,7 @@ static void adds(adding *add, const struct kith_search *search, struct kith_run 
   kith_packed_clear(&packed);
 }
 
-static void tests_boxes(kith_index n, bool lattice) {
+static void check_boxes(kith_index n, bool lattice) {
   struct kith_search search;
   fill(&search, n, lattice);
   for (int round = 0; round < 20; ++round) {
@@ -127,11 +127,11 @@ static void tests_boxes(kith_index n, bool lattice) {
     for (int a = 0; a < NDIM; ++a)
       box.lower[a] = coordinate(lattice), box.upper[a] = box.lower[a] + round % 3;
     const double target = round % 5 == 0 ? 0 : radius2(lattice);
-    adds(add_slots, &search, run, &box, target);
+    check_adding(add_slots, &search, run, &box, target);
 #ifdef __x86_64__
-    if (has_masks()) adds(add_slots_wide, &search, run, &box, target);
+    if (has_masks()) check_adding(add_slots_wide, &search, run, &box, target);
 #endif
-    adds(kith_packed_add, &search, run, &box, target);
+    check_adding(kith_packed_add, &search, run, &box, target);
   }
   free(search.radius2);
   for (int a = 0; a < NDIM; ++a) free(search.coordinate[a]);
@@ -141,8 +141,8 @@ int main(void) {
   static const kith_index sizes[] = {0, 1, 7, 8, 9, 15, 16, 17, 63, 64, 65, 130, MOST};
   for (size_t k = 0; k < sizeof sizes / sizeof *sizes; ++k)
     for (int lattice = 0; lattice < 2; ++lattice) {
-      for (int round = 0; round < 20; ++round) tests_distances(sizes[k], lattice);
-      tests_boxes(sizes[k], lattice);
+      for (int round = 0; round < 20; ++round) check_distances(sizes[k], lattice);
+      check_boxes(sizes[k], lattice);
     }
   return check_failed();
 }

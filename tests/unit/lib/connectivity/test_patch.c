@@ -1,4 +1,5 @@
-/* A patch after a cull is a build on the culled nodes, byte for byte. */
+/* test_patch.c - a patch after culling ghosts. Oracle: a build on the nodes that are left, which must be
+ * bitwise identical; pairwise values must follow their pairs. */
 #include "tests/unit/oracle.h"
 
 enum { LIMIT = 4096 }; /* more nodes than any test here has */
@@ -15,7 +16,7 @@ static struct kith_connectivity *build(const struct kith_nodes *nodes, const cha
   return connectivity;
 }
 
-/* Factors that name their pair by the positions of its ends, so that each can be found again. */
+/* A pairwise value that depends on the positions of both ends, so that it identifies its pair. */
 static double factor(const struct kith_nodes *nodes, const kith_index *pair) {
   const double *x = nodes->position->f64;
   return x[pair[0] * NDIM] + 3 * x[pair[1] * NDIM] + 7 * x[pair[0] * NDIM + NDIM - 1] +
@@ -44,7 +45,7 @@ static void cull_patch_compare(struct kith_nodes *nodes, struct kith_connectivit
   CHECK_OK(kith_connectivity_fresh(c, nodes));
   CHECK_OK(kith_connectivity_valid(c, nodes));
   struct kith_connectivity *fresh = build(nodes, "brute", c->built);
-  CHECK(oracle_same(c, fresh));
+  CHECK(oracle_identical(c, fresh));
   for (size_t p = 0; p < c->pairs.n; ++p) {
     const double wanted = factor(nodes, c->pairs.node[p]);
     CHECK(f_couple->value[p] == wanted && both->value[2 * p] == 2 * wanted &&
@@ -58,7 +59,7 @@ static void cull_patch_compare(struct kith_nodes *nodes, struct kith_connectivit
   kith_connectivity_destroy(&fresh);
 }
 
-static struct kith_nodes *scene(int kinds, double depth, uint64_t seed) {
+static struct kith_nodes *nodes_with_ghosts(int kinds, double depth, uint64_t seed) {
   const int count[3] = {16, 0, 9};
   struct kith_nodes *nodes = oracle_random(3, count, 0.1, 2.5, &seed);
   for (int a = 0; a < NDIM; ++a, kinds /= 3)
@@ -66,8 +67,8 @@ static struct kith_nodes *scene(int kinds, double depth, uint64_t seed) {
   return nodes;
 }
 
-/* The rule of the lifecycle: what no internal row needs goes. Holds for everything but overlap with ghost
- * rows. */
+/* Culls as the lifecycle does: ghosts that no row of an internal node holds. This is correct for all but
+ * overlap with rows of ghosts. */
 static void unneeded_ghosts(void) {
   int kinds = 1, culled = 0;
   for (int a = 0; a < NDIM; ++a) kinds *= 3;
@@ -75,11 +76,11 @@ static void unneeded_ghosts(void) {
     for (int variant = 0; variant < 6; ++variant) {
       struct kith_requirements need = {.rows = true, .pairs = variant > 0, .intersection = variant > 1};
       need.on_segment = variant == 3, need.ghost_rows = variant == 4, need.overlap_pairs = variant == 5;
-      struct kith_nodes *nodes = scene(k, 0.5, (uint64_t)k);
+      struct kith_nodes *nodes = nodes_with_ghosts(k, 0.5, (uint64_t)k);
       struct kith_connectivity *c = build(nodes, "tree", need);
       uint8_t keep[LIMIT] = {0};
       kith_connectivity_mark_ghosts(c, nodes, keep);
-      /* The marks are the ghosts that some internal node interacts with. */
+      /* Marked ghosts are those that some internal node interacts with. */
       for (int g = nodes->n_internal; g < kith_nodes_count(nodes); ++g) {
         bool needed = false;
         for (int i = 0; i < nodes->n_internal; ++i) needed = needed || oracle_neighbors(nodes, NULL, i, g);
@@ -93,13 +94,13 @@ static void unneeded_ghosts(void) {
   CHECK(culled > 0);
 }
 
-/* Any ghosts may go, needed or not, where no overlap is stored; twice in a row. */
+/* Where no overlap is stored, any ghosts may be culled, needed or not; twice in a row. */
 static void any_ghosts(void) {
   uint64_t state = 21;
   for (int round = 0; round < 12; ++round) {
     struct kith_requirements need = {.rows = true, .pairs = round % 4 > 0, .intersection = round % 4 > 1};
     need.on_segment = round % 4 == 3, need.ghost_rows = round >= 6;
-    struct kith_nodes *nodes = scene(1 + 3 * (round % 3), 0.4, state);
+    struct kith_nodes *nodes = nodes_with_ghosts(1 + 3 * (round % 3), 0.4, state);
     struct kith_connectivity *c = build(nodes, "tree", need);
     for (int again = 0; again < 2; ++again) {
       uint8_t keep[LIMIT];
@@ -112,14 +113,14 @@ static void any_ghosts(void) {
   }
 }
 
-/* Overlap with ghost rows: a removed ghost may have been the only node that two supports share, unless it is
- * in no row of a kept node. Sets closed in this way: whole clusters. Here: the nodes near, and a cluster far
- * off. */
-static void closed_sets(void) {
+/* Overlap with rows of ghosts: two supports may share only the culled ghost, unless no kept node has it in
+ * its row. Then only whole clusters may be culled; here the nodes near the box are kept, and a cluster far
+ * away is culled. */
+static void whole_clusters(void) {
   const struct kith_requirements need = {
       .pairs = true, .ghost_rows = true, .overlap_pairs = true, .intersection = true};
   for (int cut = 0; cut < 2; ++cut) {
-    struct kith_nodes *nodes = scene(1, 0.4, 33);
+    struct kith_nodes *nodes = nodes_with_ghosts(1, 0.4, 33);
     struct kith_ghost_block far = {.kind = KITH_GHOST_IMAGE, .count = nodes->lists[0].count};
     CHECK_OK(kith_resize(&far.control, 0, (size_t)far.count, sizeof *far.control));
     for (int a = 0; a < NDIM; ++a) far.image.sign[a] = 1, far.image.shift[a] = 100;
@@ -136,7 +137,7 @@ static void closed_sets(void) {
 }
 
 static void refusals(void) {
-  struct kith_nodes *nodes = scene(1, 0.4, 5);
+  struct kith_nodes *nodes = nodes_with_ghosts(1, 0.4, 5);
   struct kith_connectivity *c = build(nodes, "tree", (struct kith_requirements){.pairs = true});
   kith_index renumber[LIMIT];
   const kith_index n = kith_nodes_count(nodes);
@@ -156,7 +157,7 @@ static void refusals(void) {
 int main(void) {
   unneeded_ghosts();
   any_ghosts();
-  closed_sets();
+  whole_clusters();
   refusals();
   return check_failed();
 }

@@ -1,5 +1,6 @@
-/* A fifth rebuild policy: what is sized by the list of policies grows with it, and nothing is overrun. The
- * family and the ledger are compiled here once more, with the longer list. */
+/* test_rebuild_planted.c - adds a fifth rebuild policy, `planted`, to the list: arrays that are sized by the
+ * list must grow with it, and its settings and counter must work without other changes. The family and the
+ * ledger are compiled here again, with the longer list. */
 #define KITH_REBUILD_LIST(X) X(always) X(never) X(entity_change) X(displacement) X(planted)
 #include "integrator/ledger.c"
 #include "lib/connectivity/policies/rebuild.c"
@@ -14,7 +15,7 @@ static const struct kith_param params[] = {
     {"quiet", KITH_PARAM_INTEGER, "0", "[0, 1]", "never fires", KITH_INTO(struct settings, quiet)},
     {0}};
 
-/* Fires where the first node has gone beyond the limit, unless it is quiet. */
+/* Asks for a rebuild when the first node has passed the limit, unless `quiet` is set. */
 static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_cover *cover,
                           const struct kith_nodes *nodes) {
   const struct settings *settings = policy->settings;
@@ -28,7 +29,7 @@ const struct kith_rebuild_ops kith_rebuild_planted = {.name = "planted",
                                                       .covers = true,
                                                       .needs_rebuild = needs_rebuild};
 
-/* Settings of a policy stand behind its name; what is wrong with them is said. */
+/* Settings follow the name of a policy; errors in them are named. */
 static void with_settings(const struct kith_nodes *nodes) {
   static const struct {
     const char *words;
@@ -68,7 +69,7 @@ static void with_settings(const struct kith_nodes *nodes) {
   }
 }
 
-/* An OR of all five, with guards around it. */
+/* All five policies joined by OR, with guard words around the struct. */
 static void all_policies(void) {
   struct {
     uint64_t before;
@@ -95,8 +96,8 @@ static void all_policies(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* The last reason is counted where it belongs, and reported by name. */
-static void counted(void) {
+/* The last reason is counted in its own place, and reported by name. */
+static void reason_is_counted(void) {
   struct kith_ledger ledger = {.lifecycles = 1};
   struct kith_ledger_entry entry;
   bool reported = false;
@@ -106,7 +107,7 @@ static void counted(void) {
   for (int k = 0; kith_ledger_entry(&ledger, k, &entry); ++k)
     reported = reported || (strcmp(entry.name, "rebuilds_because_planted") == 0 && entry.value == 1);
   CHECK(reported);
-  ledger.ghosts_created = 1; /* and it tells when it does not close */
+  ledger.ghosts_created = 1; /* the ledger also reports that it does not balance */
   CHECK(!kith_ledger_closes(&ledger));
   ledger.ghosts_created = 0, ledger.boundary[KITH_MAX_BOUNDARIES - 1].culled = 1;
   CHECK(!kith_ledger_closes(&ledger));
@@ -114,6 +115,6 @@ static void counted(void) {
 
 int main(void) {
   all_policies();
-  counted();
+  reason_is_counted();
   return check_failed();
 }

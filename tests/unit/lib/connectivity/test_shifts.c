@@ -1,12 +1,13 @@
-/* Periodic images as shifts of row entries: rows, pairs, half lists, overlap and intersection against all
- * images of all nodes, counted one by one, in boxes from 0.4 to 3 supports; and against images as ghosts. */
+/* test_shifts.c - periodic images as shifts of row entries. Oracles: loops over all images of all nodes, for
+ * rows, pairs, half lists, overlap and intersection, in boxes of 0.4 to 3 supports; and the same nodes with
+ * images as ghosts. */
 #include <omp.h>
 
 #include "boundaries/boundary.h"
 #include "lib/connectivity/list.h"
 #include "tests/unit/oracle.h"
 
-/* Periodic with `images`, or with ghosts (settings NULL). */
+/* Adds a periodic boundary whose images are as `settings` say, or ghosts if they are NULL. */
 static void add_periodic(struct kith_boundaries *all, int axis, double length, void *settings) {
   CHECK_OK(kith_boundaries_add(all, &kith_boundary_periodic, axis, 0, length, true, true));
   all->boundary[all->n - 1]->settings = settings;
@@ -32,7 +33,7 @@ static struct kith_connectivity *build(const struct kith_nodes *nodes, const str
   return c;
 }
 
-/* --- all images, one by one --- */
+/* --- the oracle: all images of all nodes --- */
 
 struct image {
   kith_index node;
@@ -45,7 +46,8 @@ struct images {
   struct image *image;
 };
 
-/* One more along each axis than there are shifts. By node, last axis first: the order of a row. */
+/* Lists images one length beyond the shifts along each axis, sorted as rows are: by node, then along the last
+ * axis, ..., the first. */
 static struct images all_images(const struct kith_nodes *nodes, const double *length) {
   int each = 1, wide[NDIM];
   for (int a = 0; a < NDIM; ++a) each *= wide[a] = 2 * nodes->shifts.most[a] + 3;
@@ -70,21 +72,21 @@ static bool unmoved(const struct image *p) {
 static bool same_image(const struct image *p, const struct image *q) {
   return p->node == q->node && memcmp(p->lengths, q->lengths, sizeof p->lengths) == 0;
 }
-/* q lies in the support of p. */
-static bool holds(const struct images *all, const struct image *p, const struct image *q) {
+/* Is q within the support of p? */
+static bool supports(const struct images *all, const struct image *p, const struct image *q) {
   const double r = all->nodes->search_radius->f64[p->node];
   double d2 = 0;
   for (int a = 0; a < NDIM; ++a) d2 += (p->x[a] - q->x[a]) * (p->x[a] - q->x[a]);
   return d2 <= r * r;
 }
 static bool neighbors(const struct images *all, const struct image *p, const struct image *q) {
-  return !same_image(p, q) && (holds(all, p, q) || holds(all, q, p)) &&
+  return !same_image(p, q) && (supports(all, p, q) || supports(all, q, p)) &&
          (kith_node_active(all->nodes, p->node) || kith_node_active(all->nodes, q->node));
 }
 static bool overlap(const struct images *all, const struct image *p, const struct image *q) {
   if (same_image(p, q)) return false;
   for (int v = 0; v < all->n; ++v)
-    if (holds(all, p, &all->image[v]) && holds(all, q, &all->image[v])) return true;
+    if (supports(all, p, &all->image[v]) && supports(all, q, &all->image[v])) return true;
   return neighbors(all, p, q);
 }
 static bool between(const struct image *p, const struct image *q, const struct image *k) {
@@ -104,7 +106,7 @@ static bool is_entry(const struct kith_nodes *nodes, const struct kith_rows *row
   return rows->node[e] == image->node && kith_row_shift(rows, e) == number;
 }
 
-/* Row r holds those images that fulfil the predicate of `v`, in order. */
+/* Checks that row r holds exactly the images that satisfy the predicate of `v`, in order. */
 #define CHECK_ROW(all, rows, r, v, predicate)                                              \
   do {                                                                                     \
     size_t e_ = (rows)->first[r];                                                          \
@@ -126,7 +128,7 @@ static const struct image *find(const struct images *all, kith_index node, const
   return &all->image[v];
 }
 
-/* Each interaction once: of the two entries that are one, at opposite shifts. */
+/* Counts interactions: each is found twice, once from each end. */
 static size_t count_interactions(const struct images *all) {
   size_t twice = 0;
   for (kith_index i = 0; i < all->nodes->n_internal; ++i)
@@ -151,7 +153,7 @@ static void check_pairs(const struct images *all, const struct kith_connectivity
         same_image(k, i) || same_image(k, j) ||
             (neighbors(all, i, k) && neighbors(all, j, k) && (!c->built.on_segment || between(i, j, k))));
   }
-  for (kith_index i = 0; i < c->rows.n; ++i) /* each at both of its ends, if that is not a ghost */
+  for (kith_index i = 0; i < c->rows.n; ++i) /* an entry at each end that is not a ghost */
     for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e) {
       const size_t p = c->pairs.of_row[e];
       const int here = kith_row_shift(&c->rows, e);
@@ -161,7 +163,7 @@ static void check_pairs(const struct images *all, const struct kith_connectivity
     }
 }
 
-/* The list object, whole and half. */
+/* Lists, full and half, have as many entries as rows and pairs; compressed ones refuse shifts. */
 static void check_lists(const struct images *all, const struct kith_connectivity *c) {
   struct kith_search *search;
   CHECK_OK(kith_search_create(&search, kith_search_find("tree"), all->nodes));
@@ -193,8 +195,8 @@ static void check_connectivity(const struct images *all, const struct kith_conne
   check_pairs(all, c);
 }
 
-/* Boxes of these lengths in supports, on all axes or on the first one (then the others are 3). */
-static void boxes(void) {
+/* Box lengths are in units of the support, on all axes (b < 4) or on the first one; then the others are 3. */
+static void thin_boxes(void) {
   static const double supports[] = {0.4, 1, 1.5, 3};
   const struct kith_requirements need = {.rows = true, .overlap_pairs = true, .intersection = true};
   void *settings = shifts_settings();
@@ -217,11 +219,10 @@ static void boxes(void) {
     CHECK(nodes->n_ghost == 0 && nodes->shifts.n > 1);
     struct images all = all_images(nodes, length);
     struct kith_requirements these = need;
-    if (nodes->activity != NULL) these = (struct kith_requirements){.pairs = true}; /* that idle nodes have */
+    if (nodes->activity != NULL) these = (struct kith_requirements){.pairs = true}; /* as with idle nodes */
     these.on_segment = these.intersection && b % 2;
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
-      if (NDIM == 3 && (ops - kith_search_all()) % 2 != b / 2 % 2)
-        continue; /* half of them: it takes seconds */
+      if (NDIM == 3 && (ops - kith_search_all()) % 2 != b / 2 % 2) continue; /* half of them, to save time */
       omp_set_num_threads(1 + b % 3);
       struct kith_connectivity *c = build(nodes, *ops, these);
       check_connectivity(&all, c);
@@ -235,8 +236,8 @@ static void boxes(void) {
   kith_free(&settings);
 }
 
-/* A lattice of 2 cells with R = h: every node has 2 NDIM neighbors, two images of each partner among them;
- * and of 1 cell: all are images of the node itself, NDIM pairs. */
+/* In a lattice of 2 cells with R = h every node has 2 NDIM neighbors: each partner counts twice, as two
+ * images. In one of 1 cell all neighbors are images of the node itself, in NDIM pairs. */
 static void thin_lattices(void) {
   void *settings = shifts_settings();
   for (int cells = 1; cells <= 2; ++cells) {
@@ -259,8 +260,10 @@ static void thin_lattices(void) {
 
 /* --- against ghosts --- */
 
-/* Open, periodic with ghosts, periodic with shifts, reflecting on each axis; or as ghosts. */
-static struct kith_nodes *mixed(int kinds, bool ghosts, void *settings, struct kith_connectivity **c) {
+/* Each axis is open, periodic with ghosts, periodic with shifts or reflecting; `ghosts` turns shifts into
+ * ghosts. */
+static struct kith_nodes *mixed_boundaries(int kinds, bool ghosts, void *settings,
+                                           struct kith_connectivity **c) {
   const int count[3] = {9, 0, 4};
   uint64_t state = 23 + (uint64_t)kinds;
   struct kith_nodes *nodes = oracle_random(3, count, 0.3, 2, &state);
@@ -285,7 +288,7 @@ struct side {
   const struct kith_rows *rows;
   const struct kith_pairs *pairs;
 };
-static void check_same(const struct side *g, const struct side *s) {
+static void check_equal(const struct side *g, const struct side *s) {
   CHECK(g->pairs->n == s->pairs->n);
   for (kith_index i = 0; i < g->nodes->n_internal; ++i) {
     CHECK(g->rows->first[i + 1] == s->rows->first[i + 1] && g->pairs->first[i + 1] == s->pairs->first[i + 1]);
@@ -300,27 +303,28 @@ static void check_same(const struct side *g, const struct side *s) {
   }
 }
 
-/* In canonical order rows, overlap and their pairs are the same ones. */
+/* In canonical order rows, overlap and their pairs must be equal with ghosts and with shifts. */
 static void against_ghosts(void) {
   void *settings = shifts_settings();
   int kinds = 1;
   for (int a = 0; a < NDIM; ++a) kinds *= 4;
   for (int k = 0; k < kinds; ++k) {
     struct kith_connectivity *c[2];
-    struct kith_nodes *nodes[2] = {mixed(k, true, settings, &c[0]), mixed(k, false, settings, &c[1])};
+    struct kith_nodes *nodes[2] = {mixed_boundaries(k, true, settings, &c[0]),
+                                   mixed_boundaries(k, false, settings, &c[1])};
     for (int over = 0; over < 2; ++over) {
       struct side side[2];
       for (int m = 0; m < 2; ++m)
         side[m] = (struct side){nodes[m], over ? &c[m]->overlap : &c[m]->rows,
                                 over ? &c[m]->overlap_pairs : &c[m]->pairs};
-      check_same(&side[0], &side[1]);
+      check_equal(&side[0], &side[1]);
     }
     for (int m = 0; m < 2; ++m) kith_connectivity_destroy(&c[m]), kith_nodes_destroy(&nodes[m]);
   }
   kith_free(&settings);
 }
 
-/* More images than an entry can number; a connectivity outlives the shifts that it was made with. */
+/* More images than an entry can number are refused; a connectivity is stale after its shifts have changed. */
 static void refusals(void) {
   struct kith_shifts shifts = {0};
   kith_shifts_drop(&shifts);
@@ -347,7 +351,7 @@ static void refusals(void) {
 }
 
 int main(void) {
-  boxes();
+  thin_boxes();
   thin_lattices();
   against_ghosts();
   refusals();

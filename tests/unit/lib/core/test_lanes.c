@@ -1,4 +1,5 @@
-/* Lanes: transposition of four records, and vectors of a row in any number, beside plain indexing. */
+/* test_lanes.c - transposition of four records, and separations of the nodes of a row, for rows of any
+ * length. Oracle: plain indexing. */
 #include "lib/core/lanes.h"
 #include "tests/check.h"
 
@@ -14,7 +15,8 @@ static void transposes(void) {
     for (int l = 0; l < 4; ++l) CHECK(to[q][l] == record[order[l]][q]);
 }
 
-/* Rows of 0 to 9 nodes, the last node of the field among them: it is allocated as fields of nodes are. */
+/* Rows of 0 to 9 nodes, also with the last node of the field, which is allocated as fields of nodes are. All
+ * values are small integers, so equality is exact. */
 static void separations(void) {
   enum { NODES = 7, STRIDE = 16 };
   static const kith_index row[] = {6, 0, 3, 3, 5, 1, 6, 2, 6};
@@ -25,7 +27,7 @@ static void separations(void) {
   for (size_t n = 0; n <= sizeof row / sizeof *row; ++n) {
     kith_lanes_separations(field, 4, row, NULL, NULL, n, to, STRIDE, to + NDIM * STRIDE);
     for (size_t k = 0; k < kith_lanes_padded(n); ++k) {
-      const double apart = NDIM * (row[KITH_MIN(k, n - 1)] - 4); /* on each axis */
+      const double apart = NDIM * (row[KITH_MIN(k, n - 1)] - 4); /* the difference along each axis */
       for (int a = 0; a < NDIM; ++a) CHECK(to[a * STRIDE + k] == apart);
       CHECK(to[NDIM * STRIDE + k] == NDIM * apart * apart);
     }

@@ -1,5 +1,5 @@
-/* Parameters by table: text to values and back, ranges, choices, defaults, settings of members of a
- * family. */
+/* test_param.c - tables of parameters: values from text and back, ranges, choices, defaults, settings of
+ * members of a family, and the messages of everything that is refused. */
 #include "lib/core/param.h"
 #include <string.h>
 #include "tests/check.h"
@@ -50,7 +50,7 @@ static void defaults(void) {
   CHECK_STATUS(KITH_BAD_INPUT, kith_params_check(plain, "it", &s));
 }
 
-/* Every value that is read is written as a text that gives it again. */
+/* Every value is formatted as a text that parses to the same value. */
 static void round_trip(void) {
   static const char *const given[] = {"one=0.1",
                                       "one=0x1.fffffffffffffp-1",
@@ -69,7 +69,7 @@ static void round_trip(void) {
     snprintf(key, sizeof key, "%.*s", (int)strcspn(given[k], "="), given[k]);
     const struct kith_param *p = kith_params_find(plain, key);
     kith_param_format(p, a, text, sizeof text);
-    for (char *c = text; *c != '\0'; ++c) /* blanks part assignments */
+    for (char *c = text; *c != '\0'; ++c) /* blanks separate assignments */
       if (*c == ' ') memmove(c, c + 1, strlen(c));
     snprintf(again, sizeof again, "%s=%s", key, text);
     CHECK_OK(kith_settings_create(&b, family(0), again));
@@ -86,7 +86,7 @@ static void refused(const char *assignment, const char *wanted) {
   if (strcmp(kith_failure(), wanted) != 0) fprintf(stderr, "  gave %s\n", kith_failure());
 }
 
-static void wrong(void) {
+static void refusals(void) {
   refused("one=0", "plain: one: 0 is out of range (0, 1]");
   refused("one=1.0000001", "plain: one: 1.0000001 is out of range (0, 1]");
   refused("one=.nan", "plain: one: .nan is not a finite number");
@@ -126,7 +126,7 @@ static void members(void) {
 int main(void) {
   defaults();
   round_trip();
-  wrong();
+  refusals();
   members();
   return check_failed();
 }

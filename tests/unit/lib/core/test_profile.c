@@ -1,4 +1,5 @@
-/* The tree of stages, counters, busy times; events of a trace are read back by a small JSON reader. */
+/* test_profile.c - the profile: the tree of stages, counters, imbalance of threads; and its trace, which a
+ * strict JSON parser, written here, reads back. Oracle: stages of known number and duration. */
 #include "tests/check.h"
 #include "lib/core/profile.h"
 #include <ctype.h>
@@ -13,7 +14,7 @@ static void spin(double seconds) {
   }
 }
 
-/* JSON by the book: a value at *s is skipped; false if it is none. */
+/* A strict JSON parser: skips a value at *s, and returns false if there is none. */
 static bool skip_value(const char **s);
 
 static void skip_space(const char **s) {
@@ -30,7 +31,7 @@ static bool take(const char **s, char c) {
 static bool skip_string(const char **s) {
   if (!take(s, '"')) return false;
   for (; **s != '"'; ++*s) {
-    if ((unsigned char)**s < ' ') return false; /* the end of the text too */
+    if ((unsigned char)**s < ' ') return false; /* also the end of the text */
     if (**s == '\\' && strchr("\"\\/bfnrtu", *++*s) == NULL) return false;
   }
   ++*s;
@@ -53,7 +54,7 @@ static bool skip_value(const char **s) {
   if (**s == '"') return skip_string(s);
   char *end;
   strtod(*s, &end);
-  if (end == *s || !(isdigit((unsigned char)**s) || **s == '-')) return false; /* no nan, no inf */
+  if (end == *s || !(isdigit((unsigned char)**s) || **s == '-')) return false; /* nan and inf are not JSON */
   *s = end;
   return true;
 }
@@ -64,7 +65,7 @@ static bool is_json(const char *text) {
   return ok && *text == '\0';
 }
 
-/* Not by strstr: that of sanitizers measures all of the rest each time. */
+/* Counts a word without strstr, which under sanitizers measures the rest of the text at each call. */
 static int occurrences(const char *text, const char *word) {
   const size_t length = strlen(word);
   int n = 0;
@@ -89,12 +90,13 @@ static struct kith_profile *some_steps(bool trace) {
     kith_profile_end(p);
     kith_profile_end(p);
     spin(0.001);
-    if (k == 2) kith_profile_begin(p, "rows"), kith_profile_end(p); /* another parent: another stage */
+    /* another parent makes it another stage */
+    if (k == 2) kith_profile_begin(p, "rows"), kith_profile_end(p);
     kith_profile_end(p);
   }
   kith_profile_begin(p, "output");
   kith_profile_end(p);
-  kith_profile_begin(p, "step"); /* comes back, stays open */
+  kith_profile_begin(p, "step"); /* the stage is entered again, and stays open */
   kith_profile_begin(p, "connectivity");
   kith_profile_begin(p, "pairs");
   return p;
@@ -113,12 +115,12 @@ static void check_tree(void) {
   for (int k = 0; k < n && k < 6; ++k) {
     CHECK(strcmp(s[k].path, paths[k]) == 0 && strstr(s[k].path, s[k].name) != NULL);
     CHECK(s[k].depth == depth[k] && s[k].parent == parent[k] && s[k].calls == (uint64_t)calls[k]);
-    CHECK(s[k].self_seconds >= -1e-9 &&
-          s[k].self_seconds <= s[k].seconds); /* -1e-9: rounding of sums below 1 s */
+    /* -1e-9: rounding of sums below 1 s */
+    CHECK(s[k].self_seconds >= -1e-9 && s[k].self_seconds <= s[k].seconds);
   }
   CHECK(s[2].seconds >= 0.006 && s[1].seconds >= s[2].seconds + s[3].seconds && s[3].seconds >= 0.001);
   CHECK(s[0].self_seconds >= 0.003);
-  CHECK_CLOSE(s[2].imbalance, 1.5, 1e-15); /* busy 3 and 9: 9 over a mean of 6 */
+  CHECK_CLOSE(s[2].imbalance, 1.5, 1e-15); /* threads were busy for 3 and 9: 9 over the mean of 6 */
   CHECK(s[1].imbalance == 0);
   const struct kith_counter *c;
   CHECK(kith_profile_counters(p, &c) == 3);
@@ -154,7 +156,7 @@ static void check_unbalanced(void) {
   kith_profile_destroy(&p);
 }
 
-/* Many stages and counters: growth keeps views and busy times. */
+/* With many stages and counters arrays grow, and keep names and busy times. */
 static void check_growth(void) {
   static char name[500][8];
   struct kith_profile *p = NULL;
@@ -187,14 +189,14 @@ static void check_trace(void) {
   fclose(file);
   CHECK(is_json(text));
   CHECK(!is_json("[1,]") && !is_json("{\"a\" 1}") && !is_json("[\"a]") && is_json("[{\"a\":[1,-2e3]},{}]"));
-  /* 11 ended stages, 3 open ones, 3 busy times on the second thread: none twice */
+  /* Each of 11 ended stages, 3 open ones and 3 busy times of the second thread is there once. */
   CHECK(occurrences(text, "\"ph\":\"X\"") == 17 && occurrences(text, "\"ph\":\"M\"") == 3);
   CHECK(occurrences(text, "\"tid\":1,\"ts\"") == 3 && occurrences(text, "\"dur\"") == 17);
   CHECK(occurrences(text, "\"path\":\"step/connectivity/rows\"") == 6);
   kith_profile_destroy(&p);
 }
 
-/* A stage of another process: no call, until this one meets it too. */
+/* A stage that only another process has entered: it has no calls until this process enters it, too. */
 static void check_added(void) {
   struct kith_profile *p = NULL;
   const struct kith_stage *s;
@@ -211,7 +213,7 @@ static void check_added(void) {
   kith_profile_destroy(&p);
 }
 
-/* What is left out of a trace that would have no end is told. */
+/* A trace holds 2^18 events at most, and tells how many more there were. */
 static void check_bounded(void) {
   struct kith_profile *p = NULL;
   char *text = NULL;
@@ -229,7 +231,7 @@ static void check_bounded(void) {
   kith_profile_destroy(&p);
 }
 
-/* Events of two processes between one pair of brackets; times from the moment of alignment. */
+/* Events of two processes in one array; times count from the alignment. */
 static void check_processes(void) {
   struct kith_profile *p = NULL;
   char text[4096] = "";
@@ -239,7 +241,8 @@ static void check_processes(void) {
   const double before = kith_seconds();
   spin(0.01);
   kith_profile_align(p);
-  kith_profile_begin_since(p, "a", before); /* shown from the alignment on */
+  /* begins before the alignment, so the trace shows it from there on */
+  kith_profile_begin_since(p, "a", before);
   kith_profile_end(p);
   const struct kith_stage *s;
   CHECK(kith_profile_stages(p, &s) == 1 && s[0].seconds >= 0.01);
@@ -251,8 +254,8 @@ static void check_processes(void) {
   fclose(file);
   CHECK(is_json(text) && occurrences(text, "\"pid\":3") == 3 && occurrences(text, "\"pid\":4") == 3);
   const char *start = strstr(text, "\"ts\":");
-  CHECK(start != NULL && atof(start + 5) >= 0 &&
-        atof(start + 5) < 5000); /* us: far less than was spun before */
+  /* in microseconds: far less than the time that passed before */
+  CHECK(start != NULL && atof(start + 5) >= 0 && atof(start + 5) < 5000);
   kith_profile_destroy(&p);
 }
 

@@ -1,4 +1,5 @@
-/* Sorting by key and tie against qsort on the whole record. */
+/* test_sfc_key.c - keys of space-filling curves, against bits that are interleaved one at a time; and the
+ * sort by key and tie, against qsort. */
 #include "tests/check.h"
 #include "lib/core/sfc_key.h"
 #include <stdlib.h>
@@ -33,7 +34,7 @@ static void check_sort(size_t n, bool ties) {
   CHECK(same);
 }
 
-/* Keys below 2^bits, ties in -range .. range: few bits make long runs of equal keys. */
+/* Keys below 2^bits (few bits make long runs of equal keys), and ties in -range .. range. */
 static void fill(size_t n, int bits, int64_t range, uint64_t seed) {
   for (size_t i = 0; i < n; ++i) {
     const uint64_t high = (uint64_t)(check_random(&seed) * 0x1p53),
@@ -58,16 +59,16 @@ static void check_random_keys(void) {
 static void check_sorted_keys(void) {
   for (size_t i = 0; i < 1000; ++i) key[i] = i / 3, tie[i] = (int64_t)i;
   check_sort(1000, true);
-  tie[1] = -5; /* out of order by a tie only */
+  tie[1] = -5; /* only a tie is out of order */
   check_sort(1000, true);
-  key[999] = 0; /* out of order at the very end */
+  key[999] = 0; /* the last key is out of order */
   check_sort(1000, true);
   key[0] = UINT64_MAX;
   tie[4] = INT64_MIN, tie[5] = INT64_MAX;
   check_sort(1000, true);
 }
 
-/* A key by interleaving bits one at a time. */
+/* The oracle: interleaves bits one at a time. */
 static uint64_t slow_key(const uint64_t *c) {
   uint64_t k = 0;
   for (int bit = KITH_SFC_KEY_BITS - 1; bit >= 0; --bit)

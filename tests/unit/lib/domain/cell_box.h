@@ -1,4 +1,4 @@
-/* cell_box.h - the box of a cell, for tests. */
+/* cell_box.h - for tests: the box that a cell covers. */
 #ifndef KITH_TEST_DOMAIN_CELL_BOX_H
 #define KITH_TEST_DOMAIN_CELL_BOX_H
 

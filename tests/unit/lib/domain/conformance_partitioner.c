@@ -1,11 +1,10 @@
-/* The contract of the family of partitioners, for every member of its list with each value of its
- * parameters, on grids of every kind (thinner than a cell, one and two cells on a periodic axis, more
- * ranks than cells).
+/* conformance_partitioner.c - every partitioner, with each value of each of its parameters, on grids of every
+ * kind: thinner than a cell, one and two cells along a periodic axis, more ranks than cells.
  *
- * Maps: every cell has one owner in range; the cell of any position. Two runs give the same maps;
- * `changed` and the generation are right; only the ratio of weights counts. Unknown names and parameters
- * are refused, and values out of range. Weights that are negative or not finite are refused, and what is
- * refused changes nothing. Restarts: test_partition_restart.c. */
+ * Every cell has one owner, which is a rank; positions are in the cell that integer arithmetic says. Two runs
+ * give the same maps; `changed` and the generation are right; only the ratio of weights counts. Unknown names
+ * and parameters, values out of range, and weights that are negative or not finite are refused, and change
+ * nothing. How well loads are balanced: test_partition_balance.c; restarts: test_partition_restart.c. */
 #include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
@@ -19,7 +18,8 @@ enum { MOST_RANKS = 64, MOST_CELLS = 64, MOST_TEXTS = 40 };
 
 /* ---- members and parameters ---- */
 
-/* Value v of a parameter to try: its choices, or the lower end of its range; false: there is no more. */
+/* Writes the v-th value of a parameter to try: one of its choices, or the lower end of its range. Returns
+ * false if there are no more. */
 static bool find_value(const struct kith_param *p, int v, char *value) {
   const char *at = p->kind == KITH_PARAM_CHOICE ? p->allowed : p->allowed + 1;
   for (; at != NULL && v > 0; --v) at = strchr(at, '|') == NULL ? NULL : strchr(at, '|') + 1;
@@ -27,8 +27,8 @@ static bool find_value(const struct kith_param *p, int v, char *value) {
   return at != NULL;
 }
 
-/* Every available member, alone and with each value of each of its parameters. */
-static int find_texts(char (*text)[64]) {
+/* Lists every available member, alone and with each value of each of its parameters. */
+static int list_texts(char (*text)[64]) {
   int n = 0;
   char value[64];
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
@@ -44,24 +44,24 @@ static int find_texts(char (*text)[64]) {
   return n;
 }
 
-static struct kith_partition *make(const struct kith_cells *cells, int n_ranks, const char *text) {
+static struct kith_partition *create(const struct kith_cells *cells, int n_ranks, const char *text) {
   struct kith_partition *partition = NULL;
   CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
   if (partition == NULL) exit(1);
   return partition;
 }
 
-static bool same_map(const struct kith_partition *p, const int32_t *owner) {
+static bool has_map(const struct kith_partition *p, const int32_t *owner) {
   return memcmp(p->owner, owner, (size_t)p->cells->n * sizeof *owner) == 0;
 }
 
-static void keep_map(const struct kith_partition *p, int32_t *owner) {
+static void copy_map(const struct kith_partition *p, int32_t *owner) {
   memcpy(owner, p->owner, (size_t)p->cells->n * sizeof *owner);
 }
 
 /* ---- maps ---- */
 
-/* The cell of a position in whole numbers: wrapped or clamped; -1: no number. */
+/* The oracle: the cell of a position, wrapped or clamped in integers; -1 if the position is not finite. */
 static int64_t cell_of(const struct kith_cells *cells, const double *x) {
   int64_t c = 0;
   for (int a = NDIM - 1; a >= 0; --a) {
@@ -74,7 +74,7 @@ static int64_t cell_of(const struct kith_cells *cells, const double *x) {
   return c;
 }
 
-/* Cells have edge 1, the box begins at 0. */
+/* Cells have edge 1 and the box begins at 0. */
 static void check_map(const struct kith_partition *partition) {
   const struct kith_cells *cells = partition->cells;
   uint64_t random = 5;
@@ -96,7 +96,7 @@ static void check_map(const struct kith_partition *partition) {
     CHECK(partition->owner[c] >= 0 && partition->owner[c] < partition->n_ranks);
 }
 
-/* Two weights that pull to different ends. */
+/* Weights that are largest at the first cell (kind 0) or at the last one. */
 static void weights(const struct kith_cells *cells, int kind, double *weight) {
   for (int64_t c = 0; c < cells->n; ++c) {
     const double at = (double)(kind == 0 ? c : cells->n - 1 - c) / (double)cells->n;
@@ -106,7 +106,7 @@ static void weights(const struct kith_cells *cells, int kind, double *weight) {
 
 static void check_text(const struct kith_cells *cells, int n_ranks, const char *text) {
   double weight[MOST_CELLS];
-  struct kith_partition *partition = make(cells, n_ranks, text);
+  struct kith_partition *partition = create(cells, n_ranks, text);
   check_map(partition);
   for (int kind = 0; kind < 2; ++kind) {
     bool changed;
@@ -121,7 +121,7 @@ static void check_text(const struct kith_cells *cells, int n_ranks, const char *
   kith_partition_destroy(&partition);
 }
 
-/* 1, 2, 3 and more cells an axis, open and periodic; more ranks than cells. */
+/* 1, 2, 3 and more cells along an axis, open and periodic, with up to more ranks than cells. */
 static void test_maps(void) {
   const struct {
     int count[3], periodic;
@@ -129,7 +129,7 @@ static void test_maps(void) {
                {{3, 2, 1}, 5}, {{6, 3, 2}, 0}, {{5, 1, 4}, 2}};
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
   char text[MOST_TEXTS][64];
-  const int n_texts = find_texts(text);
+  const int n_texts = list_texts(text);
   for (size_t w = 0; w < sizeof world / sizeof world[0]; ++w) {
     const struct kith_cells cells = grid(world[w].count, world[w].periodic);
     for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; ++r)
@@ -137,31 +137,31 @@ static void test_maps(void) {
   }
 }
 
-/* ---- what is refused changes nothing ---- */
+/* ---- what is refused has no effect ---- */
 
 static void test_refused(void) {
   const int count[] = {5, 4, 3};
   const struct kith_cells cells = grid(count, 2);
   const double bad[] = {-1, -1e-300, NAN, INFINITY};
   char text[MOST_TEXTS][64];
-  const int n_texts = find_texts(text);
+  const int n_texts = list_texts(text);
   double weight[MOST_CELLS];
   for (int t = 0; t < n_texts; ++t) {
-    struct kith_partition *partition = make(&cells, 3, text[t]), *twin = make(&cells, 3, text[t]);
+    struct kith_partition *partition = create(&cells, 3, text[t]), *twin = create(&cells, 3, text[t]);
     int32_t before[MOST_CELLS], *const place = partition->owner;
     bool changed;
-    keep_map(partition, before);
+    copy_map(partition, before);
     for (int k = 0; k < 4; ++k) {
       weights(&cells, 0, weight);
       weight[cells.n / 2] = bad[k];
       CHECK_STATUS(KITH_BAD_INPUT, kith_partition_update(partition, weight, &changed));
       CHECK(!changed);
     }
-    CHECK(partition->owner == place && partition->generation == 1 && same_map(partition, before));
-    weights(&cells, 0, weight); /* nor does it matter later that something was refused */
+    CHECK(partition->owner == place && partition->generation == 1 && has_map(partition, before));
+    weights(&cells, 0, weight); /* a refused update has no effect later either */
     CHECK_OK(kith_partition_update(partition, weight, &changed));
     CHECK_OK(kith_partition_update(twin, weight, &changed));
-    CHECK(same_map(partition, twin->owner));
+    CHECK(has_map(partition, twin->owner));
     kith_partition_destroy(&partition);
     kith_partition_destroy(&twin);
   }
@@ -176,7 +176,8 @@ static void check_unknown(const struct kith_cells *cells, const char *text, cons
   CHECK(partition == NULL && strstr(kith_failure(), what) != NULL && strstr(kith_failure(), named) != NULL);
 }
 
-/* What a partition calls itself makes another like it; what is no name is refused, with all names. */
+/* A partition can be made from the name that another one reports; unknown names are refused, with a list of
+ * all names. */
 static void test_names(void) {
   const int count[] = {4, 4, 4};
   const struct kith_cells cells = grid(count, 0);
@@ -186,14 +187,14 @@ static void test_names(void) {
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k)
       check_unknown(&cells, wrong[k], "partitioner: ", (*p)->name);
     if ((*p)->needs != NULL) continue;
-    struct kith_partition *made = make(&cells, 2, (*p)->name), *again = make(&cells, 2, made->ops->name);
-    CHECK(made->ops == *p && again->ops == *p && same_map(made, again->owner));
+    struct kith_partition *made = create(&cells, 2, (*p)->name), *again = create(&cells, 2, made->ops->name);
+    CHECK(made->ops == *p && again->ops == *p && has_map(made, again->owner));
     kith_partition_destroy(&made);
     kith_partition_destroy(&again);
   }
 }
 
-/* Values that a parameter allows are taken (test_maps), others, and other parameters, are refused. */
+/* Values that are allowed are accepted (test_maps); other values and parameters are refused. */
 static void test_parameters(void) {
   const int count[] = {4, 4, 4};
   const struct kith_cells cells = grid(count, 0);
@@ -212,7 +213,7 @@ static void test_parameters(void) {
   }
 }
 
-/* A text with all values is that of the settings, and makes the same map. */
+/* Settings are formatted with all their values. */
 static void test_format(void) {
   char text[128];
   void *settings = NULL;
@@ -225,16 +226,16 @@ static void test_format(void) {
   kith_free(&settings);
 }
 
-/* Blocks that are slabs. */
-static void test_effects(void) {
+/* With one axis, cart makes slabs. */
+static void test_slabs(void) {
   const int count[] = {8, 4, 4};
   const struct kith_cells cells = grid(count, 0);
-  struct kith_partition *slabs = make(&cells, 4, "cart:axes=1");
+  struct kith_partition *slabs = create(&cells, 4, "cart:axes=1");
   for (int64_t c = 0; c < cells.n; ++c) CHECK(slabs->owner[c] == c % 8 / 2);
   kith_partition_destroy(&slabs);
 }
 
-/* Members that begin with the map of another one. */
+/* Members that start with the map of another member. */
 static void test_start_maps(void) {
   const int count[] = {7, 3, 2};
   const struct kith_cells cells = grid(count, 0);
@@ -245,15 +246,15 @@ static void test_start_maps(void) {
   for (size_t k = 0; k < sizeof like / sizeof like[0]; ++k)
     for (int n_ranks = 1; n_ranks <= 8; ++n_ranks) {
       if (k == 3 && kith_partitioner_graph.needs != NULL) continue;
-      struct kith_partition *one = make(&cells, n_ranks, like[k][0]),
-                            *other = make(&cells, n_ranks, like[k][1]);
-      CHECK(same_map(one, other->owner));
+      struct kith_partition *one = create(&cells, n_ranks, like[k][0]),
+                            *other = create(&cells, n_ranks, like[k][1]);
+      CHECK(has_map(one, other->owner));
       kith_partition_destroy(&one);
       kith_partition_destroy(&other);
     }
 }
 
-/* The first update of a hybrid is that of a graph, which is followed by diffusion. */
+/* The first update of hybrid is that of graph, all others are those of diffusion. */
 static void test_hybrid(void) {
   if (kith_partitioner_hybrid.needs != NULL) return;
   const int count[] = {6, 4, 2};
@@ -261,25 +262,25 @@ static void test_hybrid(void) {
   double weight[MOST_CELLS];
   int32_t before[MOST_CELLS];
   bool changed;
-  struct kith_partition *hybrid = make(&cells, 4, "hybrid"), *graph = make(&cells, 4, "graph"),
-                        *diffusion = make(&cells, 4, "diffusion");
+  struct kith_partition *hybrid = create(&cells, 4, "hybrid"), *graph = create(&cells, 4, "graph"),
+                        *diffusion = create(&cells, 4, "diffusion");
   for (size_t k = 0; k < 4; ++k) {
     weights(&cells, k % 2, weight);
-    keep_map(hybrid, before);
-    struct kith_partition *next = k == 0 ? graph : diffusion; /* goes on from the same map */
+    copy_map(hybrid, before);
+    struct kith_partition *next = k == 0 ? graph : diffusion; /* continues from the same map */
     memcpy(next->owner, before, (size_t)cells.n * sizeof *before);
     CHECK_OK(kith_partition_update(hybrid, weight, &changed));
     CHECK_OK(kith_partition_update(next, weight, &changed));
-    CHECK(same_map(hybrid, next->owner));
+    CHECK(has_map(hybrid, next->owner));
   }
   kith_partition_destroy(&hybrid);
   kith_partition_destroy(&graph);
   kith_partition_destroy(&diffusion);
 }
 
-/* ---- repeated runs, scales of weights ---- */
+/* ---- repeated runs, scale of weights ---- */
 
-/* Equal, a blast in a corner, by lot with ten orders of magnitude between them, all zero. */
+/* Kinds: equal; a blast in a corner; random over ten orders of magnitude; all zero. */
 static void weights_of_kind(const struct kith_cells *cells, int kind, double *weight) {
   uint64_t random = 11;
   for (int64_t c = 0; c < cells->n; ++c) {
@@ -298,7 +299,7 @@ static void check_owners(const struct kith_partition *partition) {
   CHECK(bad == 0);
 }
 
-/* Runs one partitioner through all weights and writes its maps, one after the other. */
+/* Updates a partition with all kinds of weights, and stores its maps one after the other. */
 static void run(const struct kith_cells *cells, int n_ranks, const char *text, int32_t *maps) {
   struct kith_partition *partition = NULL;
   CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
@@ -334,12 +335,12 @@ static void check_repeats(const struct kith_cells *cells, int n_ranks, const cha
   if (check_failures > 0) fprintf(stderr, "  %s, %d ranks, %d cells\n", text, n_ranks, (int)cells->n);
 }
 
-/* Also thinner than a cell, 1 and 2 cells on a periodic axis, and more ranks than cells. */
+/* Grids as above, with up to 4096 ranks. */
 static void test_repeats(void) {
   const int count[][3] = {{1, 1, 1}, {1, 2, 2}, {2, 1, 9}, {8, 8, 6}, {13, 5, 3}};
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64, 4096};
   char text[MOST_TEXTS][64];
-  const int n_texts = find_texts(text);
+  const int n_texts = list_texts(text);
   for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g) {
     const struct kith_cells cells = grid(count[g], (int)(0x5a >> g & 7));
     for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; ++r)
@@ -347,7 +348,7 @@ static void test_repeats(void) {
   }
 }
 
-/* Huge and tiny weights are weights: what counts is their ratio. */
+/* Only the ratio of weights matters, however large or small they are. */
 static void test_scale(void) {
   const int count[] = {16, 4, 4};
   const struct kith_cells cells = grid(count, 0);
@@ -395,7 +396,7 @@ int main(void) {
   test_names();
   test_parameters();
   test_format();
-  test_effects();
+  test_slabs();
   test_start_maps();
   test_hybrid();
   test_repeats();

@@ -1,11 +1,11 @@
-/* partition_world.h - what the tests of maps share: a grid in whole numbers. */
+/* partition_world.h - for tests of partitions: a grid of unit cells. */
 #ifndef KITH_TEST_DOMAIN_PARTITION_WORLD_H
 #define KITH_TEST_DOMAIN_PARTITION_WORLD_H
 
 #include "lib/domain/partition/partition.h"
 #include "tests/check.h"
 
-/* Cells have edge 1, the box begins at 0; bit a of periodic_axes is axis a. */
+/* Cells have edge 1 and the box begins at 0; bit a of periodic_axes makes axis a periodic. */
 static inline struct kith_cells grid(const int *count, int periodic_axes) {
   double lower[NDIM], upper[NDIM];
   bool periodic[NDIM];

@@ -1,4 +1,5 @@
-/* Cells: counts, positions on every kind of edge, and neighbors against touching boxes in whole numbers. */
+/* test_cells.c - the grid of cells: numbers of cells, cells of positions (also on faces and outside), and
+ * neighboring cells. Oracle: brute force over all cells, with boxes and integer arithmetic. */
 #include "lib/domain/cells.h"
 
 #include <stdlib.h>
@@ -8,7 +9,7 @@
 
 enum { SHIFTS = NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27 };
 
-static void same_on_all(double *x, double value) {
+static void fill(double *x, double value) {
   for (int a = 0; a < NDIM; ++a) x[a] = value;
 }
 
@@ -26,9 +27,9 @@ static void test_counts(void) {
   double lower[NDIM], upper[NDIM];
   const bool periodic[NDIM] = {false};
   struct kith_cells cells = {0};
-  same_on_all(lower, 0);
-  same_on_all(upper, 1);
-  for (int m = 1; m <= 1000; ++m) { /* 1 / (1 / m) may round to below m */
+  fill(lower, 0);
+  fill(upper, 1);
+  for (int m = 1; m <= 1000; ++m) { /* 1 / (1 / m) may be rounded to below m */
     const double edge = 1.0 / m;
     CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, edge, INT32_MAX));
     CHECK(cells.count[0] == m);
@@ -37,19 +38,19 @@ static void test_counts(void) {
   CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 0.1, INT32_MAX));
   CHECK(cells.count[0] == 10);
   uint64_t random = 1;
-  for (int k = 0; k < 1000; ++k) { /* edges lie in [edge, 2 edge), and their sum is the box to rounding */
+  for (int k = 0; k < 1000; ++k) { /* edges are in [edge, 2 edge), and fill the box up to rounding */
     const double edge = 0.02 + 0.5 * check_random(&random);
     CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, edge, INT32_MAX));
     CHECK(cells.edge[0] >= edge * (1 - 1e-8) && cells.edge[0] < 2 * edge);
     CHECK_CLOSE(cells.edge[0] * (double)cells.count[0], 1, 1e-14);
   }
-  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 7, INT32_MAX)); /* thinner than a cell */
+  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 7, INT32_MAX)); /* a box thinner than a cell */
   CHECK(cells.n == 1 && cells.edge[0] == 1);
   CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, INFINITY, INT32_MAX));
   CHECK(cells.n == 1);
   for (int64_t most = 1; most < 5000; most = 3 * most + 1) {
     CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1e-200, most));
-    CHECK(cells.n <= most && 4 * NDIM * cells.n >= most); /* a cube: at worst the next smaller power */
+    CHECK(cells.n <= most && 4 * NDIM * cells.n >= most); /* a cube: at worst the next lower power */
   }
 }
 
@@ -57,8 +58,8 @@ static void test_bad_input(void) {
   double lower[NDIM], upper[NDIM];
   const bool periodic[NDIM] = {false};
   struct kith_cells cells = {0};
-  same_on_all(lower, 0);
-  same_on_all(upper, 1);
+  fill(lower, 0);
+  fill(upper, 1);
   const double bad_edges[] = {0, -1, NAN};
   for (int k = 0; k < 3; ++k)
     CHECK_STATUS(KITH_BAD_INPUT, kith_cells_init(&cells, lower, upper, periodic, bad_edges[k], 100));
@@ -69,7 +70,7 @@ static void test_bad_input(void) {
     upper[NDIM - 1] = bad_uppers[k];
     CHECK_STATUS(KITH_BAD_INPUT, kith_cells_init(&cells, lower, upper, periodic, 0.1, 100));
   }
-  CHECK(cells.n == 0); /* untouched */
+  CHECK(cells.n == 0); /* unchanged */
 }
 
 static bool inside(const struct kith_box *box, const double *x, const struct kith_cells *cells) {
@@ -79,7 +80,8 @@ static bool inside(const struct kith_box *box, const double *x, const struct kit
   return true;
 }
 
-/* Exactly one cell's box has it, and that one is named: at random places, at all faces and beside them. */
+/* Exactly one cell contains a position, and it is the one that is found: at random places, on all faces, and
+ * one rounding beside them. */
 static void test_unique(void) {
   const bool periodic[NDIM] = {true};
   double lower[NDIM], upper[NDIM];
@@ -115,7 +117,7 @@ static void test_outside(void) {
     for (int a = 0; a < NDIM; ++a) count[a] = 4 + a, periodic[a] = kind == 1;
     const struct kith_cells cells = grid(count, periodic);
     double x[NDIM];
-    same_on_all(x, -0.5);
+    fill(x, -0.5);
     CHECK(kith_cells_of(&cells, x) == 0);
     const struct {
       double x;
@@ -126,13 +128,13 @@ static void test_outside(void) {
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; ++k) {
       x[0] = cases[k].x;
       const int64_t wanted = kind == 1 ? cases[k].wrapped : cases[k].clamped, c = kith_cells_of(&cells, x);
-      CHECK(wanted == -2 ? c >= 0 && c < 4
-                         : c == wanted); /* -2: so far away that any cell of the row is right */
+      /* -2: so far away that any cell of the row is right */
+      CHECK(wanted == -2 ? c >= 0 && c < 4 : c == wanted);
     }
   }
 }
 
-/* Is the image of d touching c, and not c itself? */
+/* Does the image of cell d touch cell c, and is it not c itself? */
 static bool touches(const struct kith_cells *cells, int64_t c, int64_t d, const int *shift) {
   int64_t at_c[NDIM], at_d[NDIM];
   kith_grid_place(cells->count, c, at_c);
@@ -152,8 +154,8 @@ static int code_of(const int *shift, int sign) {
   return code;
 }
 
-/* met[c][d][shift] is 1 for what the function names; then against `touches`, and the forward half pair by
- * pair. */
+/* met[c][d][shift] counts what kith_cells_neighbors lists, and must agree with `touches`; of each two
+ * neighbors one must be in the forward half of the other. */
 static void check_neighbors(const struct kith_cells *cells) {
   const size_t n = (size_t)cells->n;
   int *met = calloc(n * n * SHIFTS, sizeof *met), *forward = calloc(n * n * SHIFTS, sizeof *forward);
@@ -182,7 +184,7 @@ static void check_neighbors(const struct kith_cells *cells) {
   free(forward);
 }
 
-/* All mixtures of 1, 2, 3 and 4 cells, periodic or not. */
+/* All combinations of 1, 2, 3 and 4 cells, periodic or not. */
 static void test_neighbors(void) {
   const int kinds = NDIM == 1 ? 8 : NDIM == 2 ? 64 : 512;
   for (int kind = 0; kind < kinds; ++kind) {
@@ -190,7 +192,7 @@ static void test_neighbors(void) {
     bool periodic[NDIM];
     for (int a = 0; a < NDIM; ++a, rest /= 8) count[a] = 1 + rest % 4, periodic[a] = rest / 4 % 2;
     const struct kith_cells cells = grid(count, periodic);
-    if (cells.n <= 27) check_neighbors(&cells); /* the oracle is quadratic */
+    if (cells.n <= 27) check_neighbors(&cells); /* the cost of the oracle is quadratic */
     for (int64_t c = 0; c < cells.n; ++c) {
       int64_t k[NDIM];
       kith_grid_place(cells.count, c, k);
@@ -205,7 +207,8 @@ static void test_neighbors(void) {
   }
 }
 
-/* +x, the three of +y, the nine of +z. */
+/* The forward half comes in the order +x, the three of +y, the nine of +z. With 3 cells along each axis these
+ * are all cells after the middle one. */
 static void test_half_shell_order(void) {
   int count[NDIM];
   bool periodic[NDIM];
@@ -216,8 +219,7 @@ static void test_half_shell_order(void) {
   int n_forward = 0;
   CHECK(kith_cells_neighbors(&cells, middle, image, &n_forward) == KITH_CELL_NEIGHBORS);
   CHECK(n_forward == KITH_CELL_NEIGHBORS / 2);
-  for (int k = 0; k < n_forward;
-       ++k) { /* 3 cells an axis: the half shell is all that comes after the middle */
+  for (int k = 0; k < n_forward; ++k) {
     CHECK(image[k].cell == middle + 1 + k);
     CHECK(image[n_forward + k].cell == middle - 1 - k);
   }

@@ -1,6 +1,6 @@
-/* The mesh of `gridbased` itself, for every number of ranks up to 64: its colors, and that its shapes cover
- * the box exactly once, however the load pulls. The member is compiled into this test: what it keeps is
- * private. */
+/* test_gridbased.c - the mesh of partitioner gridbased, for 1 to 64 ranks: corners of one color share no
+ * rank, and the shapes of ranks fill the box exactly once, after any update. Oracle: definitions in exact
+ * integers. The member is compiled into this test, since its mesh is private. */
 #include "lib/domain/partition/gridbased.c"
 
 #include <stdlib.h>
@@ -18,8 +18,8 @@ static struct kith_cells grid(const int *count, bool is_periodic) {
   return cells;
 }
 
-/* Corners c and d belong to a common rank if they are one place apart at most along every axis, ranks being
- * the gaps between. */
+/* Corners belong to a common rank if they are at most one apart along every axis; then their colors must
+ * differ. */
 static void check_colors(const struct mesh *mesh) {
   bool covered[SHAPE_CORNERS] = {false};
   for (int64_t c = 0; c < mesh->n_corners; ++c) {
@@ -36,11 +36,11 @@ static void check_colors(const struct mesh *mesh) {
     }
   }
   for (int color = 0; color < SHAPE_CORNERS; ++color)
-    CHECK(covered[color]); /* there are two places along any axis */
+    CHECK(covered[color]); /* there are at least two corners along each axis */
 }
 
-/* Corners on a face of the box are on it still; volumes are positive and sum to that of the box; every
- * midpoint of a cell is in the shape of its owner. In whole numbers, so exactly. */
+/* Corners on faces of the box stay there; volumes are positive, and sum to that of the box; the midpoint of
+ * every cell is in the shape of its owner. All numbers are integers, so all comparisons are exact. */
 static void check_cover(const struct kith_partition *partition) {
   const struct mesh *mesh = partition->self;
   int64_t sum = 0, box = NDIM == 3 ? 6 : NDIM;
@@ -74,8 +74,8 @@ static void check_cover(const struct kith_partition *partition) {
   CHECK(sum == box);
 }
 
-/* A peak in a corner, then one in the middle: the mesh is pulled one way and back. */
-static void pull(struct kith_partition *partition, int k) {
+/* Weights peak in a corner, later in the middle, so that the mesh moves one way and back. */
+static void update_with_peak(struct kith_partition *partition, int k) {
   static double weight[MOST_CELLS];
   bool changed;
   for (int64_t c = 0; c < partition->cells->n; ++c) {
@@ -102,7 +102,7 @@ int main(void) {
       check_colors(partition->self);
       check_cover(partition);
       for (int k = 0; k < 2 * UPDATES; ++k) {
-        pull(partition, k);
+        update_with_peak(partition, k);
         check_cover(partition);
       }
       if (check_failures > 0) fprintf(stderr, "  %d ranks, %d cells\n", n_ranks, (int)cells.n);

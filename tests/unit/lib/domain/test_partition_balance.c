@@ -1,4 +1,6 @@
-/* How well each partitioner balances, and what it must not do on the way: bounds with their reasons. */
+/* test_partition_balance.c - how well each partitioner balances loads, against bounds that follow from its
+ * method (the reasons stand beside them), and what its updates must never do. Loads are summed here, cell by
+ * cell. */
 #include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
@@ -9,7 +11,7 @@
 
 enum { MOST_CELLS = 4096, MOST_RANKS = 64, KINDS = 4 };
 
-/* A box of about a thousand cells, all open or all periodic. */
+/* A box of about a thousand cells, open or periodic. */
 static struct kith_cells grid(bool is_periodic) {
   const int count[3][3] = {{1000, 0, 0}, {40, 25, 0}, {12, 10, 9}};
   double lower[NDIM], upper[NDIM];
@@ -20,7 +22,8 @@ static struct kith_cells grid(bool is_periodic) {
   return cells;
 }
 
-/* Equal; a blast in a corner: a dense shell about an empty ball; by lot from 1 to 10; one cell has it all. */
+/* Kinds: equal; a blast in a corner (a dense shell around an empty ball); random from 1 to 10; all weight in
+ * one cell. */
 static void weights(const struct kith_cells *cells, int kind, double *weight) {
   uint64_t random = 11;
   for (int64_t c = 0; c < cells->n; ++c) {
@@ -38,13 +41,13 @@ struct rank_figures {
   double weight;
   int64_t cells;
 };
-struct figures {
+struct load_figures {
   double mean_weight, largest_weight, imbalance;
 };
 
-static struct figures figures(const struct kith_partition *partition, const double *weight,
-                              struct rank_figures *rank) {
-  struct figures all = {0};
+static struct load_figures load_figures(const struct kith_partition *partition, const double *weight,
+                                        struct rank_figures *rank) {
+  struct load_figures all = {0};
   double load[MOST_RANKS];
   memset(rank, 0, sizeof *rank * (size_t)partition->n_ranks);
   for (int64_t c = 0; c < partition->cells->n; ++c) {
@@ -61,7 +64,7 @@ static struct figures figures(const struct kith_partition *partition, const doub
   return all;
 }
 
-static struct kith_partition *make(const struct kith_cells *cells, int n_ranks, const char *text) {
+static struct kith_partition *create(const struct kith_cells *cells, int n_ranks, const char *text) {
   struct kith_partition *partition = NULL;
   CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
   if (partition == NULL) exit(1);
@@ -74,7 +77,7 @@ static bool update(struct kith_partition *partition, const double *weight) {
   return changed;
 }
 
-/* Weights as the partitioners see them: the work of an empty cell added. */
+/* Adds the work of an empty cell, as partitioners do. */
 static void effective_weights(const struct kith_cells *cells, const double *weight, double *effective) {
   double total = 0;
   for (int64_t c = 0; c < cells->n; ++c) total += weight[c];
@@ -82,24 +85,24 @@ static void effective_weights(const struct kith_cells *cells, const double *weig
     effective[c] = weight[c] + KITH_EMPTY_CELL * total / (double)cells->n;
 }
 
-/* No rank has more than `factor` shares and `cells` of the heaviest cells. */
+/* The largest load is at most `factor` times the mean plus `most_cells` times the heaviest cell. */
 static void check_bound(const struct kith_cells *cells, const char *text, double factor, double most_cells) {
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
   for (int r = 0; r < 7; ++r) {
-    struct kith_partition *partition = make(cells, ranks[r], text);
+    struct kith_partition *partition = create(cells, ranks[r], text);
     for (int kind = 0; kind < KINDS; ++kind) {
       static double weight[MOST_CELLS], effective[MOST_CELLS];
       struct rank_figures rank[MOST_RANKS];
       weights(cells, kind, weight);
       update(partition, weight);
-      if (partition->ops != &kith_partitioner_graph) /* which goes on from the present map */
-        CHECK(!update(partition, weight));           /* the same weights, the same map */
+      if (partition->ops != &kith_partitioner_graph) /* graph continues from the present map */
+        CHECK(!update(partition, weight));           /* equal weights keep the map */
       effective_weights(cells, weight, effective);
-      const struct figures all = figures(partition, effective, rank);
+      const struct load_figures all = load_figures(partition, effective, rank);
       double heaviest = 0;
       for (int64_t c = 0; c < cells->n; ++c) heaviest = KITH_MAX(heaviest, effective[c]);
       const double bound = factor * all.mean_weight + most_cells * heaviest;
-      CHECK(all.largest_weight <= bound * (1 + 1e-12)); /* sums in another order */
+      CHECK(all.largest_weight <= bound * (1 + 1e-12)); /* rounding of sums in another order */
       if (check_failures > 0) {
         fprintf(stderr, "  %s, %d ranks, weights %d: %g of %g\n", text, ranks[r], kind, all.largest_weight,
                 bound);
@@ -113,10 +116,10 @@ static void check_bound(const struct kith_cells *cells, const char *text, double
 static void test_bounds(void) {
   for (int periodic = 0; periodic < 2; ++periodic) {
     const struct kith_cells cells = grid(periodic);
-    /* A share and half a cell at both ends. */
+    /* A mean load, and half a cell at both ends. */
     check_bound(&cells, "morton", 1, 1);
     check_bound(&cells, "hilbert", 1, 1);
-    /* Half a cell at each cut, shared by 1, 2, 3, 5, 9 ... ranks at least, from the last cut up: 1.13
+    /* Half a cell at each cut, shared by at least 1, 2, 3, 5, 9 ... ranks from the last cut up: 1.13
      * cells. */
     check_bound(&cells, "kd", 1, 1.13);
     if (kith_partitioner_p4est.needs == NULL) check_bound(&cells, "p4est", 1, 1);
@@ -125,14 +128,14 @@ static void test_bounds(void) {
   }
 }
 
-/* Blocks differ by one layer an axis at most, and stay. */
+/* Blocks differ by one layer along each axis at most, and updates do not move them. */
 static void test_cart(void) {
   const struct kith_cells cells = grid(false);
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
   for (int r = 0; r < 7; ++r) {
     static double weight[MOST_CELLS];
     struct rank_figures rank[MOST_RANKS];
-    struct kith_partition *partition = make(&cells, ranks[r], "cart");
+    struct kith_partition *partition = create(&cells, ranks[r], "cart");
     int mesh[NDIM], product = 1;
     kith_partition_mesh(&cells, ranks[r], NDIM, mesh);
     int64_t least = 1, most = 1;
@@ -142,7 +145,7 @@ static void test_cart(void) {
       most *= (cells.count[a] + mesh[a] - 1) / mesh[a];
     }
     CHECK(product == ranks[r]);
-    figures(partition, NULL, rank);
+    load_figures(partition, NULL, rank);
     for (int p = 0; p < ranks[r]; ++p) CHECK(rank[p].cells >= least && rank[p].cells <= most);
     weights(&cells, 1, weight);
     CHECK(!update(partition, weight) && partition->generation == 1);
@@ -150,8 +153,8 @@ static void test_cart(void) {
   }
 }
 
-/* Meshes are as compact as their balance allows: a slab whose largest block is one layer smaller is no
- * reason. */
+/* Meshes are as compact as balance allows: slabs are not preferred because their largest block is one layer
+ * smaller. */
 static void test_meshes(void) {
   const struct {
     int cells[3], n_ranks, mesh[3];
@@ -171,15 +174,16 @@ static void test_meshes(void) {
   }
 }
 
-/* Curves go from cell to cell: Hilbert's over faces where the box is a power of two wide, Morton's and
- * p4est's through the same boxes. The order is read from a map with a rank for every cell. */
+/* Curves: along Hilbert's, successive cells share a face where the box is a power of two wide; those of
+ * Morton and p4est fill each block of 2^NDIM cells before the next. The order is read from a map with one
+ * rank per cell. */
 static void test_curves(void) {
   double lower[NDIM], upper[NDIM];
   const bool periodic[NDIM] = {false};
   for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = 8;
   struct kith_cells cells;
   CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, MOST_CELLS));
-  struct kith_partition *hilbert = make(&cells, (int)cells.n, "hilbert");
+  struct kith_partition *hilbert = create(&cells, (int)cells.n, "hilbert");
   static int64_t cell[MOST_CELLS];
   for (int64_t c = 0; c < cells.n; ++c) cell[hilbert->owner[c]] = c;
   for (int64_t k = 1; k < cells.n; ++k) {
@@ -192,8 +196,8 @@ static void test_curves(void) {
   const char *const names[] = {"morton", "p4est"};
   for (int k = 0; k < 2; ++k) {
     if (kith_partitioner_find(names[k])->needs != NULL) continue;
-    struct kith_partition *partition = make(&cells, (int)cells.n, names[k]);
-    for (int64_t c = 0; c < cells.n; ++c) { /* blocks of 2^NDIM are 2^NDIM in a row */
+    struct kith_partition *partition = create(&cells, (int)cells.n, names[k]);
+    for (int64_t c = 0; c < cells.n; ++c) { /* a block of 2^NDIM cells has successive owners */
       int64_t at[NDIM];
       kith_grid_place(cells.count, c, at);
       for (int a = 0; a < NDIM; ++a) at[a] -= at[a] % 2;
@@ -203,13 +207,13 @@ static void test_curves(void) {
   }
 }
 
-/* A graph update goes on from the present map: a small change of weights moves little. */
+/* An update of graph starts from the present map, so that a small change of weights moves few cells. */
 static void test_graph_stays(void) {
   if (kith_partitioner_graph.needs != NULL) return;
   const struct kith_cells cells = grid(false);
   static double weight[MOST_CELLS];
   static int32_t before[MOST_CELLS];
-  struct kith_partition *partition = make(&cells, 8, "graph");
+  struct kith_partition *partition = create(&cells, 8, "graph");
   weights(&cells, 2, weight);
   for (int k = 0; k < 3; ++k) update(partition, weight);
   memcpy(before, partition->owner, (size_t)cells.n * sizeof *before);
@@ -217,25 +221,25 @@ static void test_graph_stays(void) {
   update(partition, weight);
   int64_t moved = 0;
   for (int64_t c = 0; c < cells.n; ++c) moved += before[c] != partition->owner[c];
-  CHECK(moved < cells.n / 4); /* in a new order of 8 parts all but an eighth would move */
+  CHECK(moved < cells.n / 4); /* with newly numbered parts, seven of eight would move */
   kith_partition_destroy(&partition);
 }
 
 /* ---- diffusion ---- */
 
-/* The largest load never rises, the sum of squares falls as long as anything moves, only border cells move
- * and only to a rank beside, no rank loses its last cell. */
-static void check_wave(struct kith_partition *partition, const double *weight) {
+/* One update: the largest load never rises; the sum of squares falls if anything moves; only cells at borders
+ * move, and only to a neighboring rank; no rank loses its last cell. */
+static void check_update(struct kith_partition *partition, const double *weight) {
   static int32_t before[MOST_CELLS];
   static double effective[MOST_CELLS];
   struct rank_figures old[MOST_RANKS], rank[MOST_RANKS];
   const struct kith_cells *cells = partition->cells;
   memcpy(before, partition->owner, (size_t)cells->n * sizeof *before);
   effective_weights(cells, weight, effective);
-  const struct figures first = figures(partition, effective, old);
+  const struct load_figures first = load_figures(partition, effective, old);
   const bool changed = update(partition, weight);
-  const struct figures all = figures(partition, effective, rank);
-  CHECK(all.largest_weight <= first.largest_weight * (1 + 1e-12)); /* sums in another order */
+  const struct load_figures all = load_figures(partition, effective, rank);
+  CHECK(all.largest_weight <= first.largest_weight * (1 + 1e-12)); /* rounding of sums in another order */
   double squares = 0;
   for (int r = 0; r < partition->n_ranks; ++r) {
     squares += rank[r].weight * rank[r].weight - old[r].weight * old[r].weight;
@@ -253,8 +257,8 @@ static void check_wave(struct kith_partition *partition, const double *weight) {
   }
 }
 
-/* Do the two ranks of every two adjacent cells stand in the table? With `note`, writes the table. */
-static bool neighbors_in(const struct kith_partition *partition, bool (*table)[MOST_RANKS], bool note) {
+/* Are the ranks of each two adjacent cells in the table? With `note`, adds them. */
+static bool neighbors_are_in(const struct kith_partition *partition, bool (*table)[MOST_RANKS], bool note) {
   bool all = true;
   for (int64_t c = 0; c < partition->cells->n; ++c) {
     struct kith_cell_image neighbor[KITH_CELL_NEIGHBORS];
@@ -268,23 +272,24 @@ static bool neighbors_in(const struct kith_partition *partition, bool (*table)[M
   return all;
 }
 
-/* Two kinds of weights, one after the other: the imbalance falls under both, and no wave breaks the rules. */
+/* Two kinds of weights, one after the other: the imbalance falls with both, and each update keeps the
+ * rules. */
 static void check_diffusion(const struct kith_cells *cells, int n_ranks, const char *text, int updates) {
   static double weight[MOST_CELLS];
   static bool table[MOST_RANKS][MOST_RANKS];
   struct rank_figures rank[MOST_RANKS];
   const bool fixed = strstr(text, "fixed") != NULL;
-  struct kith_partition *partition = make(cells, n_ranks, text);
+  struct kith_partition *partition = create(cells, n_ranks, text);
   memset(table, 0, sizeof table);
-  neighbors_in(partition, table, true);
-  for (int kind = 2; kind > 0; --kind) { /* by lot first, then the blast */
+  neighbors_are_in(partition, table, true);
+  for (int kind = 2; kind > 0; --kind) { /* first random, then the blast */
     weights(cells, kind, weight);
-    const double first = figures(partition, weight, rank).imbalance;
+    const double first = load_figures(partition, weight, rank).imbalance;
     for (int k = 0; k < updates; ++k) {
-      check_wave(partition, weight);
-      CHECK(!fixed || neighbors_in(partition, table, false));
+      check_update(partition, weight);
+      CHECK(!fixed || neighbors_are_in(partition, table, false));
     }
-    const double last = figures(partition, weight, rank).imbalance;
+    const double last = load_figures(partition, weight, rank).imbalance;
     CHECK(last < first || first < 1.05);
     if (check_failures > 0)
       fprintf(stderr, "  %s, %d ranks, weights %d: %g, then %g\n", text, n_ranks, kind, first, last);
@@ -309,11 +314,11 @@ static void test_diffusion(void) {
   }
 }
 
-/* Equal loads do not flow, and zero weights are equal ones. */
+/* Equal loads cause no flow, and neither do zero weights. */
 static void test_diffusion_at_rest(void) {
   const struct kith_cells cells = grid(true);
   static double weight[MOST_CELLS];
-  struct kith_partition *partition = make(&cells, 2, "diffusion");
+  struct kith_partition *partition = create(&cells, 2, "diffusion");
   CHECK(!update(partition, NULL));
   CHECK(!update(partition, weight));
   weights(&cells, 1, weight);
@@ -321,32 +326,10 @@ static void test_diffusion_at_rest(void) {
   kith_partition_destroy(&partition);
 }
 
-/* ---- hybrid ---- */
-
-static bool same_map(const struct kith_partition *a, const struct kith_partition *b) {
-  return memcmp(a->owner, b->owner, (size_t)a->cells->n * sizeof *a->owner) == 0;
-}
-
-/* The first update is a graph's; those after it diffuse. */
-static void test_hybrid(void) {
-  if (kith_partitioner_hybrid.needs != NULL) return;
-  const struct kith_cells cells = grid(false);
-  static double weight[MOST_CELLS];
-  weights(&cells, 1, weight);
-  struct kith_partition *hybrid = make(&cells, 7, "hybrid"), *graph = make(&cells, 7, "graph");
-  CHECK(same_map(hybrid, graph));
-  CHECK(update(hybrid, weight) && update(graph, weight) && same_map(hybrid, graph));
-  weights(&cells, 2, weight);
-  check_wave(hybrid, weight);
-  check_wave(hybrid, weight);
-  kith_partition_destroy(&hybrid);
-  kith_partition_destroy(&graph);
-}
-
 /* ---- gridbased ---- */
 
-/* The sum of squares of the loads never rises, and falls from a bad start; the mesh keeps its topology: in
- * 1-D, ranks are intervals in order. */
+/* The sum of squares of loads never rises, and is lower at the end. The mesh keeps its topology: in 1-D,
+ * ranks are intervals in order. */
 static void test_gridbased(void) {
   const int ranks[] = {2, 3, 4, 7, 8, 64};
   for (int periodic = 0; periodic < 2; ++periodic)
@@ -354,20 +337,20 @@ static void test_gridbased(void) {
       const struct kith_cells cells = grid(periodic);
       static double weight[MOST_CELLS], effective[MOST_CELLS];
       struct rank_figures rank[MOST_RANKS];
-      struct kith_partition *partition = make(&cells, ranks[r], "gridbased");
+      struct kith_partition *partition = create(&cells, ranks[r], "gridbased");
       weights(&cells, 1, weight);
       effective_weights(&cells, weight, effective);
-      const double first = figures(partition, effective, rank).imbalance;
+      const double first = load_figures(partition, effective, rank).imbalance;
       double squares = INFINITY;
       for (int k = 0; k < 10; ++k) {
         double sum = 0;
         update(partition, weight);
-        figures(partition, effective, rank);
+        load_figures(partition, effective, rank);
         for (int p = 0; p < ranks[r]; ++p) sum += rank[p].weight * rank[p].weight;
-        CHECK(sum <= squares * (1 + 1e-12)); /* sums in another order */
+        CHECK(sum <= squares * (1 + 1e-12)); /* rounding of sums in another order */
         squares = sum;
       }
-      const double last = figures(partition, effective, rank).imbalance;
+      const double last = load_figures(partition, effective, rank).imbalance;
       CHECK(last < first);
       for (int64_t c = 1; NDIM == 1 && !periodic && c < cells.n; ++c)
         CHECK(partition->owner[c] >= partition->owner[c - 1]);
@@ -377,11 +360,10 @@ static void test_gridbased(void) {
 
 /* ---- a strong peak ---- */
 
-/* A peak 21 times as heavy as the rest in the middle of a box, 256 cells for a rank as runs have it: how well
- * each member balances after so many updates. Those that cut are there at once, graph as well as Scotch aims;
- * what flows or is pulled comes a layer at a time, and has the longer way the more layers a rank has. So 0,
- * not asked: 20 of 256 layers in 1-D. Where 20 updates are not enough, the bound is what is reached and a
- * third more of its excess. */
+/* A peak 21 times as heavy as the rest, with 256 cells per rank as in runs: the imbalance after some updates.
+ * Members that cut the box need one update (graph to what Scotch aims at). The others move borders by one
+ * layer per update, so that they need more, the more layers a rank has; 0: not tested, for 20 of 256 layers
+ * in 1-D. Where 20 updates are not enough, the bound is the excess that was measured, and a third more. */
 static const struct {
   const char *text;
   int updates;
@@ -423,7 +405,7 @@ static void test_peak(void) {
       if (bound == 0 || kith_partition_create(&partition, &cells, n_ranks, PEAK[m].text) == KITH_UNSUPPORTED)
         continue;
       for (int u = 0; u < PEAK[m].updates; ++u) update(partition, weight);
-      const double reached = figures(partition, weight, rank).imbalance;
+      const double reached = load_figures(partition, weight, rank).imbalance;
       CHECK(reached <= bound);
       if (reached > bound) fprintf(stderr, "  %s, %d ranks: %g\n", PEAK[m].text, n_ranks, reached);
       kith_partition_destroy(&partition);
@@ -439,7 +421,6 @@ int main(void) {
   test_graph_stays();
   test_diffusion();
   test_diffusion_at_rest();
-  test_hybrid();
   test_gridbased();
   test_peak();
   return check_failed();

@@ -1,5 +1,5 @@
-/* Restarts of every partitioner: a member that gets the state and the map of another one continues as that
- * one does; damaged state is refused. */
+/* test_partition_restart.c - restarts of every partitioner. Oracle: the partition that was not restarted,
+ * whose maps must be equal from then on. Damaged state is refused. */
 #include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
@@ -18,7 +18,7 @@ static const struct kith_cells *make_cells(void) {
   return &cells;
 }
 
-/* A peak that moves. */
+/* The weights have a peak that moves. */
 static void moving_weights(const struct kith_cells *cells, int round, double *weight) {
   for (int64_t c = 0; c < cells->n; ++c) {
     const struct kith_box box = cell_box(cells, c);
@@ -39,7 +39,7 @@ static int64_t *state_of(const struct kith_partition *partition, size_t *n) {
   return word;
 }
 
-/* The other one was made at the same time, and has seen other weights since. */
+/* Restores the state of one partition into another, which has seen other weights before. */
 static void check_continues(const char *name) {
   const struct kith_cells *cells = make_cells();
   struct kith_partition *one = NULL, *other = NULL;
@@ -72,7 +72,7 @@ static void check_continues(const char *name) {
   kith_partition_destroy(&other);
 }
 
-/* One word is damaged at a time: refused, and nothing changes. */
+/* Damages one word at a time: each is refused, and the next update works. */
 static void check_damage(const char *name) {
   const struct kith_cells *cells = make_cells();
   static const int64_t wrong[] = {-1, INT64_MIN, INT64_MAX, INT64_C(1) << 49, 0x7ff8000000000000};

@@ -1,4 +1,5 @@
-/* Ghost shells against brute force over all pairs of cells, from both sides of every exchange. */
+/* test_shell.c - ghost cells of ranks, and the lists of cells that ranks exchange. Oracle: brute force over
+ * all pairs of cells, from both sides of every exchange. */
 #include "lib/domain/partition/shell.h"
 
 #include <stdlib.h>
@@ -8,7 +9,7 @@
 
 enum { MOST_RANKS = 64 };
 
-/* Are the cells, or images of them over periodic faces, within reach of each other? */
+/* Are two cells, or periodic images of them, within reach of each other? */
 static bool are_near(const struct kith_cells *cells, int64_t c, int64_t d, double reach) {
   double gap2 = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -22,8 +23,7 @@ static bool are_near(const struct kith_cells *cells, int64_t c, int64_t d, doubl
   return gap2 <= reach * reach;
 }
 
-/* Checks the shell of a rank: every cell that should be a ghost is one, once, in its owner's list; nothing
- * else is. */
+/* Every cell that should be a ghost is one, once, in the list of its owner, and there are no others. */
 static void check_shell(const struct kith_partition *partition, const struct kith_shell *shell) {
   const struct kith_cells *cells = partition->cells;
   int64_t own = 0, ghosts = 0;
@@ -50,7 +50,7 @@ static void check_shell(const struct kith_partition *partition, const struct kit
   }
 }
 
-/* What p sends to q is, place by place, what q expects of p. */
+/* What p sends to q is, in the same order, what q receives from p. */
 static void check_both_sides(const struct kith_shell *shell, int n_ranks) {
   for (int p = 0; p < n_ranks; ++p)
     for (int k = 0; k < shell[p].n_neighbors; ++k) {
@@ -66,7 +66,7 @@ static void check_both_sides(const struct kith_shell *shell, int n_ranks) {
     }
 }
 
-/* Each own cell is found by a point in it, and no other. */
+/* A point in a cell of this rank finds it; points in other cells are refused. */
 static void check_find(const struct kith_partition *partition, const struct kith_shell *shell) {
   const struct kith_cells *cells = partition->cells;
   for (int64_t c = 0; c < cells->n; ++c) {
@@ -85,7 +85,7 @@ static void check_map(const struct kith_partition *partition, double reach) {
   struct kith_shell shell[MOST_RANKS] = {{0}};
   for (int r = 0; r < partition->n_ranks; ++r) {
     CHECK_OK(kith_shell_build(&shell[r], partition, r, 0));
-    CHECK_OK(kith_shell_build(&shell[r], partition, r, reach)); /* again, in the same memory */
+    CHECK_OK(kith_shell_build(&shell[r], partition, r, reach)); /* again, in the memory of the first */
     check_shell(partition, &shell[r]);
     if (r < 3) check_find(partition, &shell[r]);
   }
@@ -93,7 +93,7 @@ static void check_map(const struct kith_partition *partition, double reach) {
   for (int r = 0; r < partition->n_ranks; ++r) kith_shell_clear(&shell[r]);
 }
 
-/* Any map will do: owners by lot, the worst shells there are, and blocks. */
+/* Maps with random owners, which have the largest shells, and blocks; kith_shell_build takes any map. */
 static void test_shells(void) {
   const int count[][3] = {{1, 1, 1}, {2, 1, 3}, {1, 2, 2}, {3, 3, 3}, {7, 4, 2}, {12, 2, 1}};
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
@@ -114,8 +114,8 @@ static void test_shells(void) {
       }
 }
 
-/* Two ranks on 10 cells an axis, all periodic: half of the cells each, and two layers of ghosts (R5 of the
- * grids that this follows: 500 and 200 in 3-D). */
+/* Two ranks with 10 cells along each periodic axis: each has half of the cells and two layers of ghosts; in
+ * 3-D 500 cells and 200 ghosts. */
 static void test_two_ranks(void) {
   const int count[] = {10, 10, 10};
   const struct kith_cells cells = grid(count, ~0);
@@ -134,8 +134,8 @@ static void test_two_ranks(void) {
   kith_partition_destroy(&partition);
 }
 
-/* What kith_shell_find refuses, by name. */
-static void test_lost(void) {
+/* Positions that kith_shell_find refuses, with their messages. */
+static void test_refused_positions(void) {
   const int count[] = {4, 4, 4};
   const struct kith_cells open = grid(count, 0), around = grid(count, ~0);
   struct kith_partition *partition = NULL;
@@ -146,7 +146,8 @@ static void test_lost(void) {
     const struct kith_cells *cells = periodic ? &around : &open;
     CHECK_OK(kith_partition_create(&partition, cells, 1, "cart"));
     CHECK_OK(kith_shell_build(&shell, partition, 0, 0));
-    memcpy(x, cells->upper, sizeof x); /* the last face: of the last cell, or that of the first image */
+    /* the upper face belongs to the last cell; in periodic boxes to the first */
+    memcpy(x, cells->upper, sizeof x);
     CHECK_OK(kith_shell_find(&shell, partition, x, &own));
     CHECK(own == (periodic ? 0 : cells->n - 1));
     x[NDIM - 1] += cells->edge[NDIM - 1];
@@ -162,7 +163,7 @@ static void test_lost(void) {
 
 int main(void) {
   test_shells();
-  test_lost();
+  test_refused_positions();
   test_two_ranks();
   return check_failed();
 }

@@ -1,4 +1,6 @@
-/* Checkpoints: bit for bit, two generations, and whatever can happen to a file. */
+/* test_checkpoint.c - checkpoints are bitwise identical after reading, the one before is kept, and a file
+ * that is damaged in any byte, cut at any length, of another run, written to a full disk or by a killed
+ * process is refused or never replaces a good one. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* memfd_create */
 #endif
@@ -16,7 +18,7 @@
 static char directory[] = "checkpoint-test-XXXXXX";
 static const char *const names[3] = {"gas", "empty", "wall"};
 
-static const char *in(const char *name) {
+static const char *path_in(const char *name) {
   static char path[4][128];
   static int turn;
   char *p = path[turn++ % 4];
@@ -24,8 +26,9 @@ static const char *in(const char *name) {
   return p;
 }
 
-/* Fields of every type and kind; U8 with a length that is no whole word; odd bit patterns. */
-static struct kith_nodes *make(kith_index gas, kith_index wall, uint64_t seed) {
+/* Fields of every type and kind, with -0, NaN and subnormal values; the U8 field does not fill whole
+ * words. */
+static struct kith_nodes *make_nodes(kith_index gas, kith_index wall, uint64_t seed) {
   static const struct kith_field_spec flag = {"flag", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, ""};
   static const struct kith_field_spec stress = {"stress", KITH_TENSOR, KITH_F64, KITH_STATE, NULL, ""};
   static const struct kith_field_spec scratch = {"scratch", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, ""};
@@ -64,7 +67,7 @@ static void save(const char *path, const struct kith_nodes *nodes, double value)
   CHECK(c == NULL);
 }
 
-/* The first of the extra numbers; NAN if the file cannot be used. */
+/* Returns the first extra number, or NaN if the file cannot be used. */
 static double first_extra(const char *path) {
   struct kith_checkpoint *c = NULL;
   double extra[3] = {NAN};
@@ -78,7 +81,7 @@ static bool exists(const char *path) {
   return access(path, F_OK) == 0;
 }
 
-static void same_nodes(const struct kith_nodes *a, const struct kith_nodes *b) {
+static void check_equal_nodes(const struct kith_nodes *a, const struct kith_nodes *b) {
   CHECK(a->n_internal == b->n_internal && b->n_ghost == 0);
   for (int l = 0; l < a->n_lists; ++l) {
     CHECK(a->lists[l].first == b->lists[l].first && a->lists[l].count == b->lists[l].count);
@@ -92,21 +95,21 @@ static void same_nodes(const struct kith_nodes *a, const struct kith_nodes *b) {
 }
 
 static void round_trip(kith_index gas, kith_index wall, kith_index present) {
-  struct kith_nodes *nodes = make(gas, wall, 5), *other = make(present, 3, 6);
+  struct kith_nodes *nodes = make_nodes(gas, wall, 5), *other = make_nodes(present, 3, 6);
   struct kith_checkpoint *c = NULL;
   int64_t counters[2] = {0};
   double extra[3] = {0};
-  save(in("trip"), nodes, 3);
-  CHECK_OK(kith_checkpoint_open(&c, in("trip"), NULL));
+  save(path_in("trip"), nodes, 3);
+  CHECK_OK(kith_checkpoint_open(&c, path_in("trip"), NULL));
   CHECK(strcmp(kith_checkpoint_scene(c), "scene: sod\n") == 0);
   const uint64_t positions = other->positions, ghosts = other->ghosts;
   CHECK_OK(kith_checkpoint_nodes(c, other, NULL));
   CHECK(other->positions > positions && other->ghosts > ghosts);
-  same_nodes(nodes, other);
+  check_equal_nodes(nodes, other);
   for (kith_index i = 0; i < other->n_internal; ++i)
     CHECK(kith_nodes_field_named(other, "scratch")->f64[i] == 0);
   CHECK(kith_checkpoint_length(c, "extra") == 3 && kith_checkpoint_length(c, "nothing") == 0);
-  CHECK(kith_checkpoint_length(c, "position") == SIZE_MAX); /* a field is no array */
+  CHECK(kith_checkpoint_length(c, "position") == SIZE_MAX); /* the name of a field is not one of an array */
   CHECK_OK(kith_checkpoint_get(c, "extra", KITH_F64, extra, 3));
   CHECK(extra[0] == 3 && signbit(extra[1]) && isinf(extra[2]));
   CHECK_OK(kith_checkpoint_get(c, "counters", KITH_I64, counters, 2));
@@ -122,39 +125,40 @@ static void round_trip(kith_index gas, kith_index wall, kith_index present) {
 }
 
 static void generations(void) {
-  struct kith_nodes *nodes = make(5, 2, 1);
-  for (int k = 1; k <= 3; ++k) save(in("run"), nodes, k);
-  CHECK(first_extra(in("run")) == 3);
-  CHECK(first_extra(in("run.previous")) == 2);
-  CHECK(!exists(in("run.partial")));
+  struct kith_nodes *nodes = make_nodes(5, 2, 1);
+  for (int k = 1; k <= 3; ++k) save(path_in("run"), nodes, k);
+  CHECK(first_extra(path_in("run")) == 3);
+  CHECK(first_extra(path_in("run.previous")) == 2);
+  CHECK(!exists(path_in("run.partial")));
   struct kith_checkpoint *c = NULL;
-  CHECK_OK(kith_checkpoint_open_new(&c, in("run"), ""));
-  CHECK(exists(in("run.partial")));
+  CHECK_OK(kith_checkpoint_open_new(&c, path_in("run"), ""));
+  CHECK(exists(path_in("run.partial")));
   kith_checkpoint_close(&c);
-  CHECK(!exists(in("run.partial")) && first_extra(in("run")) == 3);
+  CHECK(!exists(path_in("run.partial")) && first_extra(path_in("run")) == 3);
   kith_nodes_destroy(&nodes);
 }
 
-/* What does not fit the run is refused before a node is touched. */
-static void other_runs(void) {
+/* Checkpoints that do not fit the run are refused before any node changes. */
+static void checkpoints_of_other_runs(void) {
   static const struct kith_field_spec more = {"more", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, ""};
   static const char *const renamed[3] = {"gas", "empty", "Wall"};
-  struct kith_nodes *nodes = make(4, 4, 1), *extended = make(1, 1, 2), *few = NULL, *twisted = NULL;
+  struct kith_nodes *nodes = make_nodes(4, 4, 1), *extended = make_nodes(1, 1, 2), *few = NULL,
+                    *twisted = NULL;
   struct kith_field *field = NULL;
   struct kith_checkpoint *c = NULL;
   CHECK_OK(kith_nodes_field(extended, &more, &field));
   CHECK_OK(kith_nodes_create(&few, 1, names));
   CHECK_OK(kith_nodes_create(&twisted, 3, renamed));
-  save(in("four"), nodes, 1);
-  CHECK_OK(kith_checkpoint_open(&c, in("four"), NULL));
+  save(path_in("four"), nodes, 1);
+  CHECK_OK(kith_checkpoint_open(&c, path_in("four"), NULL));
   CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_nodes(c, extended, NULL));
   CHECK(strstr(kith_failure(), "'more' is missing") != NULL && extended->n_internal == 2);
   CHECK_STATUS(KITH_BAD_INPUT, kith_checkpoint_nodes(c, few, NULL));
   CHECK_STATUS(KITH_BAD_INPUT, kith_checkpoint_nodes(c, twisted, NULL));
   CHECK(strstr(kith_failure(), "'wall', in the scene 'Wall'") != NULL);
   kith_checkpoint_close(&c);
-  save(in("extended"), extended, 1);
-  CHECK_OK(kith_checkpoint_open(&c, in("extended"), NULL));
+  save(path_in("extended"), extended, 1);
+  CHECK_OK(kith_checkpoint_open(&c, path_in("extended"), NULL));
   CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_nodes(c, nodes, NULL));
   CHECK(strstr(kith_failure(), "'more', which this scene does not use") != NULL && nodes->n_internal == 8);
   kith_checkpoint_close(&c);
@@ -165,16 +169,17 @@ static void other_runs(void) {
 static void misuse(void) {
   struct kith_checkpoint *c = NULL;
   const double x = 1;
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, in("not-there"), NULL));
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, path_in("not-there"), NULL));
   CHECK(c == NULL && strstr(kith_failure(), "No such file") != NULL);
   CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, directory, NULL));
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open_new(&c, in("no/such/place"), ""));
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open_new(&c, "/dev/full", "")); /* must never rename over it */
-  CHECK_OK(kith_checkpoint_open_new(&c, in("twice"), ""));
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open_new(&c, path_in("no/such/place"), ""));
+  /* must never be renamed over the device */
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open_new(&c, "/dev/full", ""));
+  CHECK_OK(kith_checkpoint_open_new(&c, path_in("twice"), ""));
   CHECK_OK(kith_checkpoint_put(c, "x", KITH_F64, &x, 1));
   CHECK_STATUS(KITH_INTERNAL, kith_checkpoint_put(c, "", KITH_F64, &x, 1));
-  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_commit(&c)); /* a failed put is not forgotten */
-  CHECK(c == NULL && !exists(in("twice")) && !exists(in("twice.partial")));
+  CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_commit(&c)); /* a failed put is remembered */
+  CHECK(c == NULL && !exists(path_in("twice")) && !exists(path_in("twice.partial")));
 }
 
 static size_t load(const char *path, unsigned char *bytes, size_t room) {
@@ -185,7 +190,7 @@ static size_t load(const char *path, unsigned char *bytes, size_t room) {
   return n;
 }
 
-/* The damaged file is in memory only: there are thousands. */
+/* Damaged files are in memory, since there are thousands of them. */
 static kith_status open_bytes(const unsigned char *bytes, size_t n) {
   char path[64];
   struct kith_checkpoint *c = NULL;
@@ -200,12 +205,12 @@ static kith_status open_bytes(const unsigned char *bytes, size_t n) {
   return status;
 }
 
-/* Every length and every byte: the file is small enough to try them all. */
+/* Tries every length, and a wrong bit in every byte. */
 static void damage(void) {
   static unsigned char good[16384], bad[16384];
-  struct kith_nodes *nodes = make(3, 2, 1);
-  save(in("good"), nodes, 1);
-  const size_t n = load(in("good"), good, sizeof good);
+  struct kith_nodes *nodes = make_nodes(3, 2, 1);
+  save(path_in("good"), nodes, 1);
+  const size_t n = load(path_in("good"), good, sizeof good);
   CHECK(n > 64 && n < sizeof good);
   CHECK_OK(open_bytes(good, n));
   for (size_t length = 0; length < n; ++length) CHECK_STATUS(KITH_BAD_FILE, open_bytes(good, length));
@@ -219,12 +224,12 @@ static void damage(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Another dimension is named as such: a file of one, sealed again with a checksum computed here. */
+/* A checkpoint of another dimension is recognized: its checksum is computed here again. */
 static void other_dimension(void) {
   unsigned char bytes[16384];
   uint64_t h = UINT64_C(0xcbf29ce484222325), word;
   const uint32_t dimension = NDIM % 3 + 1;
-  const size_t n = load(in("good"), bytes, sizeof bytes);
+  const size_t n = load(path_in("good"), bytes, sizeof bytes);
   memcpy(bytes + 16, &dimension, sizeof dimension);
   for (size_t k = 0; k + 1 < n / 8; ++k) {
     memcpy(&word, bytes + 8 * k, 8);
@@ -236,50 +241,50 @@ static void other_dimension(void) {
   CHECK(strstr(kith_failure(), "-D checkpoint, this program is") != NULL);
 }
 
-/* A disk that is full at some byte: the limit of the file size does the same to write, with EFBIG for
+/* A full disk at many sizes: a limit of the file size fails as a full disk does, with EFBIG instead of
  * ENOSPC. */
 static void full_disk(void) {
-  struct kith_nodes *nodes = make(400, 20, 1);
+  struct kith_nodes *nodes = make_nodes(400, 20, 1);
   struct rlimit old, limit;
   struct stat whole;
-  save(in("full"), nodes, 1);
-  CHECK(stat(in("full"), &whole) == 0);
+  save(path_in("full"), nodes, 1);
+  CHECK(stat(path_in("full"), &whole) == 0);
   signal(SIGXFSZ, SIG_IGN);
   getrlimit(RLIMIT_FSIZE, &old);
   for (rlim_t bytes = 0; bytes < (rlim_t)whole.st_size; bytes += 1999) {
     struct kith_checkpoint *c = NULL;
     limit = old, limit.rlim_cur = bytes;
     setrlimit(RLIMIT_FSIZE, &limit);
-    kith_status status = kith_checkpoint_open_new(&c, in("full"), "scene");
+    kith_status status = kith_checkpoint_open_new(&c, path_in("full"), "scene");
     if (status == KITH_OK) {
-      kith_checkpoint_put_nodes(c, nodes); /* the commit must notice by itself */
+      kith_checkpoint_put_nodes(c, nodes); /* the commit notices by itself */
       status = kith_checkpoint_commit(&c);
     }
     setrlimit(RLIMIT_FSIZE, &old);
     CHECK(status == KITH_BAD_FILE && strstr(kith_failure(), "full: ") != NULL);
-    CHECK(c == NULL && !exists(in("full.partial")) && first_extra(in("full")) == 1);
+    CHECK(c == NULL && !exists(path_in("full.partial")) && first_extra(path_in("full")) == 1);
   }
   kith_nodes_destroy(&nodes);
 }
 
-/* A kill at any moment: afterwards PATH is good, and so is what is there of PATH.previous. */
-static void killed(void) {
-  struct kith_nodes *nodes = make(2000, 20, 1);
-  save(in("killed"), nodes, 1);
+/* A kill at any time leaves a good checkpoint, and the previous one, if present, is good. */
+static void killed_while_writing(void) {
+  struct kith_nodes *nodes = make_nodes(2000, 20, 1);
+  save(path_in("killed"), nodes, 1);
   for (int k = 0; k < 12; ++k) {
     const pid_t child = fork();
     if (child == 0)
-      for (;;) save(in("killed"), nodes, 2);
+      for (;;) save(path_in("killed"), nodes, 2);
     usleep(500 + 1700 * (useconds_t)k);
     kill(child, SIGKILL);
     kith_child_wait(child);
-    const double value = first_extra(in("killed"));
+    const double value = first_extra(path_in("killed"));
     CHECK(value == 1 || value == 2);
-    CHECK(!exists(in("killed.previous")) || first_extra(in("killed.previous")) >= 1);
+    CHECK(!exists(path_in("killed.previous")) || first_extra(path_in("killed.previous")) >= 1);
   }
-  save(in("killed"), nodes, 3);
-  CHECK(first_extra(in("killed")) == 3 && first_extra(in("killed.previous")) >= 1 &&
-        !exists(in("killed.partial")));
+  save(path_in("killed"), nodes, 3);
+  CHECK(first_extra(path_in("killed")) == 3 && first_extra(path_in("killed.previous")) >= 1 &&
+        !exists(path_in("killed.partial")));
   kith_nodes_destroy(&nodes);
 }
 
@@ -288,10 +293,10 @@ static void clean_up(void) {
   for (size_t k = 0; k < sizeof files / sizeof *files; ++k) {
     char previous[64];
     snprintf(previous, sizeof previous, "%s.previous", files[k]);
-    unlink(in(files[k]));
-    unlink(in(previous));
+    unlink(path_in(files[k]));
+    unlink(path_in(previous));
   }
-  CHECK(rmdir(directory) == 0); /* nothing else was left behind */
+  CHECK(rmdir(directory) == 0); /* no other file is left */
 }
 
 int main(void) {
@@ -300,12 +305,12 @@ int main(void) {
   round_trip(0, 1, 0);
   round_trip(0, 0, 4);
   generations();
-  other_runs();
+  checkpoints_of_other_runs();
   misuse();
   damage();
   other_dimension();
   full_disk();
-  killed();
+  killed_while_writing();
   clean_up();
   return check_failed();
 }

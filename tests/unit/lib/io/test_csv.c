@@ -1,4 +1,5 @@
-/* Tables: written, stopped, and continued by a restart. */
+/* test_csv.c - tables in CSV files that a restart continues. Oracle: the table of a run that was never
+ * stopped. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -7,12 +8,12 @@
 
 static char path[] = "csv-test-XXXXXX";
 
-static void put(const char *text) {
+static void write_text(const char *read_text) {
   FILE *f = fopen(path, "w");
-  CHECK(f != NULL && fputs(text, f) >= 0 && fclose(f) == 0);
+  CHECK(f != NULL && fputs(read_text, f) >= 0 && fclose(f) == 0);
 }
 
-static const char *text(void) {
+static const char *read_text(void) {
   static char all[8192];
   FILE *f = fopen(path, "r");
   CHECK(f != NULL);
@@ -21,7 +22,7 @@ static const char *text(void) {
   return all;
 }
 
-static bool said(const char *words) {
+static bool says(const char *words) {
   const bool found = strstr(kith_failure(), words) != NULL;
   if (!found) fprintf(stderr, "no '%s' in: %s\n", words, kith_failure());
   return found;
@@ -36,7 +37,7 @@ static void add(struct kith_csv_log *log, uint64_t first, uint64_t last) {
   }
 }
 
-static void whole(uint64_t last) {
+static void write_table(uint64_t last) {
   struct kith_csv_log log;
   CHECK_OK(kith_csv_log_open(&log, ".", path, names, NULL));
   add(&log, 0, last);
@@ -44,59 +45,61 @@ static void whole(uint64_t last) {
   CHECK_OK(kith_csv_log_close(&log));
 }
 
-/* Stopped at step 9 or while a row was written, restarted from 5: like the table that was never stopped. */
+/* A run that stopped at step 9, perhaps while it wrote a row, and restarts from step 5 has the table of a run
+ * that was never stopped. */
 static void restart(const char *torn) {
   char uninterrupted[8192], stopped[8192];
   struct kith_csv_log log;
-  whole(12);
-  strcpy(uninterrupted, text());
-  whole(9);
-  snprintf(stopped, sizeof stopped, "%s%s", text(), torn);
-  put(stopped);
+  write_table(12);
+  strcpy(uninterrupted, read_text());
+  write_table(9);
+  snprintf(stopped, sizeof stopped, "%s%s", read_text(), torn);
+  write_text(stopped);
   CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){5}));
   add(&log, 6, 12);
   CHECK_OK(kith_csv_log_close(&log));
-  CHECK(strcmp(uninterrupted, text()) == 0);
+  CHECK(strcmp(uninterrupted, read_text()) == 0);
 }
 
-/* A row that was cut off and would count as an earlier step: 1 of 10. Restarts that keep all, or nothing. */
+/* A row that was cut off, and looks like an earlier step (1 of 10), is removed; restarts may keep all rows or
+ * none. */
 static void torn_row(void) {
   char expected[8192], torn[8200];
   struct kith_csv_log log;
-  whole(9);
-  strcpy(expected, text());
+  write_table(9);
+  strcpy(expected, read_text());
   snprintf(torn, sizeof torn, "%s1", expected);
-  put(torn);
+  write_text(torn);
   CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){20}));
   CHECK_OK(kith_csv_log_close(&log));
-  CHECK(strcmp(expected, text()) == 0);
-  put("step,word,x\n7,1,1\n");
+  CHECK(strcmp(expected, read_text()) == 0);
+  write_text("step,word,x\n7,1,1\n");
   CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){6}));
   CHECK_OK(kith_csv_log_close(&log));
-  CHECK(strcmp(text(), "step,word,x\n") == 0);
+  CHECK(strcmp(read_text(), "step,word,x\n") == 0);
 }
 
-static void strange(void) {
+static void unusual_files(void) {
   const uint64_t step = 5;
   struct kith_csv_log log;
   unlink(path);
-  for (int k = 0; k < 2; ++k) { /* not there; empty */
+  for (int k = 0; k < 2; ++k) { /* the file is missing; it is empty */
     CHECK_OK(kith_csv_log_open(&log, ".", path, names, &step));
     CHECK_OK(kith_csv_log_close(&log));
-    CHECK(strcmp(text(), "step,word,x\n") == 0);
-    put("");
+    CHECK(strcmp(read_text(), "step,word,x\n") == 0);
+    write_text("");
   }
   static const char *const others[] = {"a,b\n1,2\n",    "step,word\n1,2\n", "step,word,x,y\n",
                                        "word,step,x\n", "word,stepx\n",     "word\n"};
   for (size_t k = 0; k < sizeof others / sizeof *others; ++k) {
-    put(others[k]);
+    write_text(others[k]);
     CHECK(kith_csv_log_open(&log, ".", path, names, &step) == KITH_BAD_FILE &&
-          said("its columns are not step,word,x"));
-    CHECK(log.file == NULL && strcmp(text(), others[k]) == 0);
+          says("its columns are not step,word,x"));
+    CHECK(log.file == NULL && strcmp(read_text(), others[k]) == 0);
   }
   CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "no/such", "a.csv", names, NULL));
-  CHECK_STATUS(KITH_BAD_FILE,
-               kith_csv_log_open(&log, "no/such", "a.csv", names, &step)); /* cannot be begun */
+  /* a table in a missing directory cannot be created either */
+  CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "no/such", "a.csv", names, &step));
   CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "/dev", "full", names, NULL));
   CHECK(log.file == NULL);
   CHECK_OK(kith_csv_log_close(&log));
@@ -107,7 +110,7 @@ int main(void) {
   restart("");
   restart("10,1,0.");
   torn_row();
-  strange();
+  unusual_files();
   unlink(path);
   return check_failed();
 }

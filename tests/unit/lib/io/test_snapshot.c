@@ -1,4 +1,5 @@
-/* Snapshots: the layout that ParaView 5.11 and yt 4.1 need, read back with HDF5. */
+/* test_snapshot.c - snapshots have the layout that ParaView 5.11 and yt 4.1 need, and known values: read back
+ * with HDF5. Also failures while writing, which must leave the old file. */
 #include <hdf5.h>
 #include <pthread.h>
 #include <signal.h>
@@ -15,7 +16,7 @@
 static char directory[] = "snapshot-test-XXXXXX";
 enum { GAS = 5, WALL = 3, N = GAS + WALL };
 
-static const char *in(const char *name) {
+static const char *path_in(const char *name) {
   static char path[4][128];
   static int turn;
   char *p = path[turn++ % 4];
@@ -23,9 +24,9 @@ static const char *in(const char *name) {
   return p;
 }
 
-/* Node i has position i + a / 10 on axis a, velocity minus that, density 100 + i, id 1000 + i; and ghosts,
- * which are not to be seen. */
-static struct kith_nodes *make(kith_index gas, kith_index wall) {
+/* Node i has position i + a / 10 on axis a, velocity -(i + a / 10), density 100 + i, id 1000 + i; and there
+ * are ghosts, which must not be written. */
+static struct kith_nodes *make_nodes(kith_index gas, kith_index wall) {
   static const char *const names[2] = {"gas", "wall"};
   static const struct kith_field_spec stress = {"stress", KITH_TENSOR, KITH_F64, KITH_DERIVED, "Stress", "S"};
   struct kith_nodes *nodes = NULL;
@@ -71,7 +72,7 @@ static void read_all(hid_t file, const char *name, hid_t type, size_t rows, size
   H5Sclose(space), H5Dclose(data);
 }
 
-static void particles(hid_t file) {
+static void check_particles(hid_t file) {
   double x[N][3], v[N][3], rho[N], s[N][9];
   int64_t id[N];
   uint8_t material[N], flag[N];
@@ -98,7 +99,7 @@ static void particles(hid_t file) {
   }
 }
 
-static void cells(hid_t file, size_t n) {
+static void check_cells(hid_t file, size_t n) {
   static const char *const counts[] = {"VTKHDF/NumberOfPoints", "VTKHDF/NumberOfCells",
                                        "VTKHDF/NumberOfConnectivityIds"};
   int64_t count, number[N + 1];
@@ -114,8 +115,8 @@ static void cells(hid_t file, size_t n) {
   for (size_t i = 0; i < n; ++i) CHECK(number[i] == (int64_t)i && types[i] == 1);
 }
 
-/* The same object under both names, counted twice by HDF5. */
-static void linked(hid_t file, const char *particle, const char *vtk) {
+/* Both names refer to one object, whose reference count is 2. */
+static void check_linked(hid_t file, const char *particle, const char *vtk) {
   H5O_info_t a, b;
   CHECK(H5Oget_info_by_name(file, particle, &a, H5P_DEFAULT) >= 0 &&
         H5Oget_info_by_name(file, vtk, &b, H5P_DEFAULT) >= 0);
@@ -137,7 +138,7 @@ static struct text text_of(hid_t file, const char *object, const char *name) {
   return t;
 }
 
-/* Number of values; 0 for a scalar. */
+/* Returns the number of values; 0 for a scalar. */
 static int numbers(hid_t file, const char *object, const char *name, double *values) {
   const hid_t a = H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT), space = H5Aget_space(a);
   const int n = H5Sget_simple_extent_type(space) == H5S_SCALAR ? 0 : (int)H5Sget_simple_extent_npoints(space);
@@ -147,7 +148,7 @@ static int numbers(hid_t file, const char *object, const char *name, double *val
   return n;
 }
 
-static void attributes(hid_t file) {
+static void check_attributes(hid_t file) {
   double v[6];
   CHECK(numbers(file, "VTKHDF", "Version", v) == 2 && v[0] == 1 && v[1] == 0);
   CHECK(strcmp(text_of(file, "VTKHDF", "Type").s, "UnstructuredGrid") == 0);
@@ -155,12 +156,12 @@ static void attributes(hid_t file) {
   CHECK(numbers(file, "Header", "NumPart_Total", v) == 6 && v[0] == N);
   CHECK(numbers(file, "Header", "NumPart_Total_HighWord", v) == 6 && v[0] == 0);
   CHECK(numbers(file, "Header", "MassTable", v) == 6 && v[0] == 0);
-  CHECK(numbers(file, "Header", "BoxSize", v) == 0 && v[0] == 3); /* yt takes no vector */
+  CHECK(numbers(file, "Header", "BoxSize", v) == 0 && v[0] == 3); /* yt needs a scalar */
   CHECK(numbers(file, "Header", "Flag_DoublePrecision", v) == 0 && v[0] == 1);
   CHECK(numbers(file, "Header", "Time", v) == 0 && v[0] == 0.25);
   CHECK(numbers(file, "Header", "NumFilesPerSnapshot", v) == 0 && v[0] == 1);
   CHECK(numbers(file, "Units", "UnitLength_in_cm", v) == 0 && v[0] == 1);
-  CHECK(numbers(file, "Run", "BoxLower", v) == NDIM % 4 && v[0] == -1);
+  CHECK(numbers(file, "Run", "BoxLower", v) == NDIM && v[0] == -1);
   CHECK(numbers(file, "Run", "BoxUpper", v) == NDIM && v[0] == 2);
   CHECK(numbers(file, "Run", "Periodic", v) == NDIM && v[NDIM - 1] == 1);
   CHECK(numbers(file, "Run", "Step", v) == 0 && v[0] == 17);
@@ -169,7 +170,7 @@ static void attributes(hid_t file) {
         text_of(file, "Run", "Empty").s[0] == '\0');
   CHECK(strcmp(text_of(file, "Run", "MaterialNames").s, "gas\nwall") == 0);
   CHECK(strcmp(text_of(file, "PartType0/Density", "Description").s, "mass per unit volume") == 0);
-  CHECK(H5Aexists_by_name(file, "Header", "Code", H5P_DEFAULT) == 0); /* traps of yt */
+  CHECK(H5Aexists_by_name(file, "Header", "Code", H5P_DEFAULT) == 0); /* yt would misread files with these */
   CHECK(H5Lexists(file, "Parameters", H5P_DEFAULT) == 0);
 }
 
@@ -183,33 +184,33 @@ static size_t load(const char *path, unsigned char *bytes, size_t room) {
 
 static void layout(void) {
   static unsigned char a[1 << 17], b[1 << 17];
-  struct kith_nodes *nodes = make(GAS, WALL);
-  CHECK_OK(kith_snapshot_write(in("a.hdf"), nodes, &info));
-  const hid_t file = H5Fopen(in("a.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+  struct kith_nodes *nodes = make_nodes(GAS, WALL);
+  CHECK_OK(kith_snapshot_write(path_in("a.hdf"), nodes, &info));
+  const hid_t file = H5Fopen(path_in("a.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
   CHECK(file >= 0);
-  particles(file);
-  cells(file, N);
-  attributes(file);
-  linked(file, "PartType0/Coordinates", "VTKHDF/Points");
-  linked(file, "PartType0/Velocities", "VTKHDF/PointData/Velocities");
-  linked(file, "PartType0/ParticleIDs", "VTKHDF/PointData/ParticleIDs");
+  check_particles(file);
+  check_cells(file, N);
+  check_attributes(file);
+  check_linked(file, "PartType0/Coordinates", "VTKHDF/Points");
+  check_linked(file, "PartType0/Velocities", "VTKHDF/PointData/Velocities");
+  check_linked(file, "PartType0/ParticleIDs", "VTKHDF/PointData/ParticleIDs");
   CHECK(H5Lexists(file, "VTKHDF/PointData/Coordinates", H5P_DEFAULT) == 0);
-  CHECK(H5Fget_obj_count(file, H5F_OBJ_ALL) == 1); /* the test itself leaks nothing */
+  CHECK(H5Fget_obj_count(file, H5F_OBJ_ALL) == 1); /* this test closes what it opens */
   H5Fclose(file);
-  sleep(1); /* a time in the file would differ now */
-  CHECK_OK(kith_snapshot_write(in("b.hdf"), nodes, &info));
-  const size_t n = load(in("a.hdf"), a, sizeof a);
-  CHECK(n < 40000); /* what was reserved is given back: 8 nodes need little but the names */
-  CHECK(n > 1000 && n < sizeof a && load(in("b.hdf"), b, sizeof b) == n && memcmp(a, b, n) == 0);
+  sleep(1); /* a time stamp in the file would differ now */
+  CHECK_OK(kith_snapshot_write(path_in("b.hdf"), nodes, &info));
+  const size_t n = load(path_in("a.hdf"), a, sizeof a);
+  CHECK(n < 40000); /* reserved space is released: 8 nodes need little more than the names */
+  CHECK(n > 1000 && n < sizeof a && load(path_in("b.hdf"), b, sizeof b) == n && memcmp(a, b, n) == 0);
   kith_nodes_destroy(&nodes);
 }
 
-/* Frozen nodes stand behind the internal ones of their list, with flags; fields that they lack are zero. */
+/* Frozen nodes follow the internal nodes of their list, with flags; fields that they lack are zero. */
 static void frozen(void) {
   static const struct kith_field_spec barrier = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, ""},
                                       later = {"later", KITH_SCALAR, KITH_F64, KITH_STATE, "Later", ""};
   enum { ALL = N + 2 };
-  struct kith_nodes *nodes = make(GAS, WALL), *held = make(1, 1);
+  struct kith_nodes *nodes = make_nodes(GAS, WALL), *held = make_nodes(1, 1);
   struct kith_snapshot_info with = info;
   struct kith_field *field;
   double rho[ALL], value[ALL];
@@ -219,8 +220,8 @@ static void frozen(void) {
   field->u8[1] = 1;
   CHECK_OK(kith_nodes_field(nodes, &later, &field));
   for (int i = 0; i < N; ++i) field->f64[i] = 7;
-  CHECK_OK(kith_snapshot_write(in("frozen.hdf"), nodes, &with));
-  const hid_t file = H5Fopen(in("frozen.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+  CHECK_OK(kith_snapshot_write(path_in("frozen.hdf"), nodes, &with));
+  const hid_t file = H5Fopen(path_in("frozen.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
   read_all(file, "PartType0/Density", H5T_NATIVE_DOUBLE, ALL, 0, rho);
   read_all(file, "PartType0/Later", H5T_NATIVE_DOUBLE, ALL, 0, value);
   read_all(file, "PartType0/NodeFlags", H5T_NATIVE_UINT8, ALL, 0, flag);
@@ -236,26 +237,26 @@ static void frozen(void) {
 }
 
 static void empty(void) {
-  struct kith_nodes *nodes = make(0, 0);
+  struct kith_nodes *nodes = make_nodes(0, 0);
   struct kith_snapshot_info plain = info;
   plain.notes = NULL;
-  CHECK_OK(kith_snapshot_write(in("empty.hdf"), nodes, &plain));
-  const hid_t file = H5Fopen(in("empty.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
-  cells(file, 0);
+  CHECK_OK(kith_snapshot_write(path_in("empty.hdf"), nodes, &plain));
+  const hid_t file = H5Fopen(path_in("empty.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+  check_cells(file, 0);
   read_all(file, "PartType0/Coordinates", H5T_NATIVE_DOUBLE, 0, 3, NULL);
   H5Fclose(file);
   kith_nodes_destroy(&nodes);
 }
 
-/* A text that no attribute holds. */
+/* A text that is too long for an attribute. */
 static void long_note(void) {
   static char text[100001], back[100001];
   memset(text, 'x', sizeof text - 1);
-  struct kith_nodes *nodes = make(1, 0);
+  struct kith_nodes *nodes = make_nodes(1, 0);
   struct kith_snapshot_info noted = info;
   noted.notes = (const struct kith_note[]){{"Scene", text}, {NULL, NULL}};
-  CHECK_OK(kith_snapshot_write(in("long.hdf"), nodes, &noted));
-  const hid_t file = H5Fopen(in("long.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+  CHECK_OK(kith_snapshot_write(path_in("long.hdf"), nodes, &noted));
+  const hid_t file = H5Fopen(path_in("long.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
   const hid_t data = H5Dopen2(file, "Run/Scene", H5P_DEFAULT), type = H5Dget_type(data);
   CHECK(H5Tget_size(type) == 100000 && H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, back) >= 0);
   CHECK(memcmp(text, back, sizeof text) == 0);
@@ -263,39 +264,39 @@ static void long_note(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* No place, and a disk that is full at some byte: one line, the old file as it was, HDF5 usable and
- * silent. */
+/* A missing directory, and a full disk at many sizes: the message is one line, the old file stays, HDF5 stays
+ * usable and prints nothing. */
 static void failures(void) {
-  struct kith_nodes *nodes = make(2000, 0);
+  struct kith_nodes *nodes = make_nodes(2000, 0);
   struct rlimit old, limit;
   H5E_auto2_t before, after;
   void *with;
   H5Eget_auto2(H5E_DEFAULT, &before, &with);
-  CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_write(in("no/such/a.hdf"), nodes, &info));
+  CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_write(path_in("no/such/a.hdf"), nodes, &info));
   signal(SIGXFSZ, SIG_IGN);
   getrlimit(RLIMIT_FSIZE, &old);
-  for (rlim_t bytes = 0; bytes < 290000;
-       bytes += 9777) { /* up to the 131072 + 2000 * 80 and more that it reserves */
+  /* up to more than the 131072 + 2000 * 80 bytes that are reserved */
+  for (rlim_t bytes = 0; bytes < 290000; bytes += 9777) {
     limit = old, limit.rlim_cur = bytes;
     setrlimit(RLIMIT_FSIZE, &limit);
-    const kith_status status = kith_snapshot_write(in("a.hdf"), nodes, &info);
+    const kith_status status = kith_snapshot_write(path_in("a.hdf"), nodes, &info);
     setrlimit(RLIMIT_FSIZE, &old);
     CHECK(status == KITH_BAD_FILE && strstr(kith_failure(), "a.hdf: cannot write") != NULL);
-    CHECK(access(in("a.hdf.partial"), F_OK) != 0);
-    const hid_t file = H5Fopen(in("a.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+    CHECK(access(path_in("a.hdf.partial"), F_OK) != 0);
+    const hid_t file = H5Fopen(path_in("a.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
     CHECK(file >= 0);
-    cells(file, N);
+    check_cells(file, N);
     H5Fclose(file);
   }
   H5Eget_auto2(H5E_DEFAULT, &after, &with);
   CHECK(before == after);
   CHECK(H5Fget_obj_count((hid_t)H5F_OBJ_ALL, H5F_OBJ_ALL) == 0);
-  CHECK_OK(kith_snapshot_write(in("a.hdf"), nodes, &info));
+  CHECK_OK(kith_snapshot_write(path_in("a.hdf"), nodes, &info));
   kith_nodes_destroy(&nodes);
 }
 
-/* A process that is killed before it has written anything is begun again once. */
-static int *kills; /* still to come, in memory that processes share */
+/* A writing process that is killed before it has written anything is started again, once. */
+static int *kills; /* how many are still to be killed, in shared memory */
 static void killed(void) {
   if (*kills == 0) return;
   --*kills;
@@ -303,16 +304,16 @@ static void killed(void) {
 }
 
 static void killed_processes(void) {
-  struct kith_nodes *nodes = make(N, 0);
+  struct kith_nodes *nodes = make_nodes(N, 0);
   kills = mmap(NULL, sizeof *kills, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   *kills = 0;
   CHECK(pthread_atfork(NULL, NULL, killed) == 0);
   for (int n = 0; n < 3; ++n) {
     *kills = n;
-    const kith_status status = kith_snapshot_write(in("a.hdf"), nodes, &info);
+    const kith_status status = kith_snapshot_write(path_in("a.hdf"), nodes, &info);
     CHECK(*kills == 0 && status == (n < 2 ? KITH_OK : KITH_BAD_FILE));
-    const hid_t file = H5Fopen(in("a.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
-    cells(file, N);
+    const hid_t file = H5Fopen(path_in("a.hdf"), H5F_ACC_RDONLY, H5P_DEFAULT);
+    check_cells(file, N);
     H5Fclose(file);
   }
   CHECK(strstr(kith_failure(), "a.hdf: cannot write: signal 9 ended HDF5") != NULL);
@@ -329,7 +330,7 @@ int main(void) {
   long_note();
   failures();
   killed_processes();
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in(files[k]));
+  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(path_in(files[k]));
   CHECK(rmdir(directory) == 0);
   return check_failed();
 }

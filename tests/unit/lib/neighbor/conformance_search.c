@@ -1,16 +1,16 @@
-/* conformance_search.c - every neighbor search against loops over all nodes that use none of its code:
- * nothing within range is missed, queries at a position are exact, slots and groups are sound, and the order
- * of slots does not depend on the number of threads. On lattices with exact ties, clusters, coincident nodes,
- * radii that differ by 100 and 1000, none to three nodes, a box thinner than a support; after motion, growth,
- * a cull, and selected updates. */
+/* conformance_search.c - every neighbor search. Oracle: loops over all nodes (search_world.h). Candidates
+ * contain every node within range, queries at a position are exact, slots and groups are valid, and the order
+ * of slots does not depend on the number of threads. Nodes are on lattices with exact ties, in clusters,
+ * coincident, with radii that differ by 100 and 1000, none to three of them, in a box thinner than a support;
+ * after motion, growth of radii, culling and partial updates. */
 #include "tests/unit/lib/neighbor/search_world.h"
 
 #include <omp.h>
 
-static void test_one_life(const struct kith_search_ops *ops, enum arrangement how, kith_index n, int lists) {
+static void test_updates(const struct kith_search_ops *ops, enum arrangement how, kith_index n, int lists) {
   struct kith_nodes *nodes = make_nodes(how, n, lists);
   struct kith_search *s = NULL;
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
   CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, NULL, 0));
   CHECK_OK(kith_search_update(s));
@@ -30,17 +30,17 @@ static void test_one_life(const struct kith_search_ops *ops, enum arrangement ho
 }
 
 static void test_sets_of_nodes(const struct kith_search_ops *ops) {
-  for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) test_one_life(ops, how, 400, 1 + how % 3);
-  for (kith_index n = 0; n < 4; ++n) test_one_life(ops, RANDOM, n, 1);
-  test_one_life(ops, COINCIDENT, 2, 2);
+  for (enum arrangement how = RANDOM; how < ARRANGEMENTS; ++how) test_updates(ops, how, 400, 1 + how % 3);
+  for (kith_index n = 0; n < 4; ++n) test_updates(ops, RANDOM, n, 1);
+  test_updates(ops, COINCIDENT, 2, 2);
 }
 
-/* A periodic box thinner than a support: many images of each node, three layers on each side of axis 0. */
+/* A periodic box thinner than a support: three layers of images on each side of axis 0. */
 static void test_thin_box(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 60, 1);
   struct kith_search *s = NULL;
   for (kith_index i = 0; i < 60; ++i) nodes->search_radius->f64[i] = uniform(1.5, 2.5);
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int image = -3; image <= 3; ++image) {
     struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .count = 60};
@@ -57,14 +57,14 @@ static void test_thin_box(const struct kith_search_ops *ops) {
   kith_nodes_destroy(&nodes);
 }
 
-/* After a cull a search is refused by name, also when as many ghosts were added as went. */
+/* After culling a search is stale, also when as many ghosts were added as removed. */
 static void test_cull(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 90, 2);
   struct kith_search *s = NULL;
   kith_index *found = NULL, count = 0, renumber[512], moved = 0;
   size_t capacity = 0;
   uint8_t keep[512];
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   for (int round = 0; round < 3; ++round) {
     const double x[NDIM] = {0};
     add_ghosts(nodes, 0, true);
@@ -84,11 +84,11 @@ static void test_cull(const struct kith_search_ops *ops) {
   kith_nodes_destroy(&nodes);
 }
 
-static void jolt(struct kith_nodes *nodes, kith_index i, int round) {
+static void displace(struct kith_nodes *nodes, kith_index i, int round) {
   /* Mostly small steps; sometimes across the box, or far out of it. */
   const double far = round % 7 == 6 ? 30 : round % 3 == 2 ? 1 : 0.02;
   for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] += uniform(-far, far);
-  /* Back to where many are. */
+  /* To a place where many nodes are. */
   if (round % 4 == 1)
     for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)i * NDIM + a] = 0.3;
   if (round % 4 == 1)
@@ -102,12 +102,12 @@ static void test_motion(const struct kith_search_ops *ops, enum arrangement how)
   add_ghosts(nodes, 0, true);
   struct kith_search *s = NULL;
   kith_index *moved = calloc(1000, sizeof *moved);
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int round = 0; round < 16; ++round) {
-    /* A few nodes, some named twice; none; ghosts too. */
+    /* A few nodes, some named twice; none; more than there are. */
     const kith_index count = round == 3 ? 0 : round == 5 ? 600 : 1 + below(40);
-    for (kith_index k = 0; k < count; ++k) jolt(nodes, moved[k] = below(s->n), round);
+    for (kith_index k = 0; k < count; ++k) displace(nodes, moved[k] = below(s->n), round);
     ++nodes->positions;
     CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
     CHECK_OK(kith_search_update_selected(s, moved, count));
@@ -124,15 +124,15 @@ static void test_motion(const struct kith_search_ops *ops, enum arrangement how)
   kith_nodes_destroy(&nodes);
 }
 
-/* Update after update of all nodes, as from step to step: what a search keeps from one to the next must not
- * matter, nor that ghosts come and go, or nodes are reordered or deleted in between. */
+/* Updates of all nodes, as in successive steps: what a search keeps between them must not matter, even if
+ * ghosts come and go, or nodes are reordered or deleted in between. */
 static void test_steps(const struct kith_search_ops *ops, enum arrangement how) {
   struct kith_nodes *nodes = make_nodes(how, 300, 2);
   struct kith_search *s = NULL;
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   for (int round = 0; round < 24; ++round) {
-    for (int k = 0; k < 20; ++k) jolt(nodes, below(nodes->n_internal), round);
-    if (round % 10 == 9) { /* the other way round, list by list */
+    for (int k = 0; k < 20; ++k) displace(nodes, below(nodes->n_internal), round);
+    if (round % 10 == 9) { /* reverses the order in each list */
       kith_index *order = calloc((size_t)nodes->n_internal, sizeof *order);
       for (int l = 0; l < nodes->n_lists; ++l)
         for (kith_index k = 0; k < nodes->lists[l].count; ++k)
@@ -156,8 +156,8 @@ static void test_steps(const struct kith_search_ops *ops, enum arrangement how) 
   kith_nodes_destroy(&nodes);
 }
 
-/* Nodes that moved and grew since the search was made, all their ghosts gone: whatever an active one may
- * interact with now is near; and when these are taken in, the search is right about them. */
+/* Nodes have moved and grown since the search was updated, and their ghosts are gone: kith_search_near finds
+ * all nodes that active ones may interact with, and after an update of these, queries are exact. */
 static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
   const double slack = 0.05;
   struct kith_nodes *nodes = make_nodes(how, 400, 2);
@@ -165,7 +165,7 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
   kith_index *near = NULL, *found = NULL, count = 0, n_found = 0;
   size_t capacity = 0, found_capacity = 0;
   CHECK_OK(kith_nodes_mark_activity(nodes));
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   for (int round = 0; round < 12; ++round) {
     const kith_index n = nodes->n_internal;
     int missed = 0;
@@ -185,18 +185,20 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
     for (kith_index k = 0; k < count; ++k) taken[near[k]]++;
     for (kith_index i = 0; i < n; ++i)
       for (kith_index j = 0; j < n && kith_node_active(nodes, i); ++j)
-        missed += !taken[j] && interact(place(nodes, i), nodes->search_radius->f64[i], place(nodes, j),
-                                        nodes->search_radius->f64[j], KITH_GATHER_SCATTER);
+        missed +=
+            !taken[j] && interact(position_of(nodes, i), nodes->search_radius->f64[i], position_of(nodes, j),
+                                  nodes->search_radius->f64[j], KITH_GATHER_SCATTER);
     CHECK(missed == 0);
     CHECK_OK(kith_search_update_selected(s, near, count));
     for (kith_index i = 0; i < n; ++i) {
       if (!kith_node_active(nodes, i)) continue;
       CHECK(taken[i] == 1);
-      CHECK_OK(kith_search_at(s, place(nodes, i), nodes->search_radius->f64[i], KITH_GATHER, &found,
+      CHECK_OK(kith_search_at(s, position_of(nodes, i), nodes->search_radius->f64[i], KITH_GATHER, &found,
                               &found_capacity, &n_found));
       kith_index expected = 0;
       for (kith_index j = 0; j < n; ++j)
-        expected += interact(place(nodes, i), nodes->search_radius->f64[i], place(nodes, j), 0, KITH_GATHER);
+        expected += interact(position_of(nodes, i), nodes->search_radius->f64[i], position_of(nodes, j), 0,
+                             KITH_GATHER);
       CHECK(n_found == expected);
     }
     free(taken);
@@ -207,11 +209,11 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Radii grow, nodes stay: whoever keeps a largest radius must hear of it. */
+/* Radii grow while nodes stay: a search that stores a largest radius must update it. */
 static void test_growth(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 150, 1);
   struct kith_search *s = NULL;
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int round = 0; round < 60; ++round) {
     const kith_index grown = round < 50 ? below(s->n) : 7;
@@ -224,11 +226,11 @@ static void test_growth(const struct kith_search_ops *ops) {
   kith_nodes_destroy(&nodes);
 }
 
-/* A second swarm beyond anything that cells can count: clamped, but complete. */
+/* Nodes so far away that numbers of cells overflow: they are clamped, but all are found. */
 static void test_far_off(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 200, 1);
   struct kith_search *s = NULL;
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   kith_index moved[100];
   for (kith_index k = 0; k < 100; ++k) {
@@ -245,8 +247,8 @@ static void test_far_off(const struct kith_search_ops *ops) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Large enough for all threads to have work. `along`: nodes along the curve of the tree, and a few that
- * strayed. */
+/* Enough nodes to occupy all threads. `along`: nodes are sorted along the curve of the tree, except a few
+ * that have moved. */
 static void test_threads(const struct kith_search_ops *ops, bool along) {
   const kith_index n = 30000, strays = along ? 300 : 0;
   struct kith_nodes *nodes = make_nodes(CLUSTERED, n, 1);
@@ -260,14 +262,14 @@ static void test_threads(const struct kith_search_ops *ops, bool along) {
     free(order);
   }
   add_ghosts(nodes, 0, true);
-  kith_index *one = malloc(sizeof *one * (size_t)n * 2), *moved = malloc(sizeof *moved * 300);
+  kith_index *moved = malloc(sizeof *moved * 300);
   for (kith_index k = 0; k < 300; ++k) moved[k] = below(n);
-  for (kith_index k = 0; k < strays; ++k) jolt(nodes, moved[k], 2);
+  for (kith_index k = 0; k < strays; ++k) displace(nodes, moved[k], 2);
   struct kith_search *s[3] = {NULL, NULL, NULL};
   for (int stage = 0; stage < 2; ++stage) {
     for (int threads = 1; threads <= 3; ++threads) {
       omp_set_num_threads(threads);
-      if (stage == 0) CHECK_OK(create(&s[threads - 1], ops, nodes));
+      if (stage == 0) CHECK_OK(create_search(&s[threads - 1], ops, nodes));
       CHECK_OK(stage == 0 ? kith_search_update(s[threads - 1])
                           : kith_search_update_selected(s[threads - 1], moved, 300));
       CHECK(s[threads - 1]->n_groups == s[0]->n_groups);
@@ -276,10 +278,9 @@ static void test_threads(const struct kith_search_ops *ops, bool along) {
             0);
     }
     check_search(s[2], ops == &kith_search_brute ? 3 : 25, stage == 0);
-    for (kith_index k = 0; k < 300; ++k) jolt(nodes, moved[k], 1);
+    for (kith_index k = 0; k < 300; ++k) displace(nodes, moved[k], 1);
     ++nodes->positions;
   }
-  free(one);
   free(moved);
   for (int k = 0; k < 3; ++k) kith_search_destroy(&s[k]);
   kith_nodes_destroy(&nodes);
@@ -290,7 +291,7 @@ static void test_runs(void) {
   CHECK_OK(kith_runs_add(&runs, 10, 5));
   CHECK_OK(kith_runs_add(&runs, 15, 1));
   CHECK(runs.n == 1 && runs.run[0].first == 10 && runs.run[0].count == 6);
-  /* Of the 200, every second one touches the next. */
+  /* 200 runs, of which every second one touches the next. */
   for (kith_index k = 0; k < 200; ++k) CHECK_OK(kith_runs_add(&runs, 20 + 4 * k, k % 2 ? 2 : 4));
   for (int r = 1; r < runs.n; ++r) CHECK(runs.run[r].first > runs.run[r - 1].first + runs.run[r - 1].count);
   kith_index sum = 0;

@@ -1,5 +1,5 @@
-/* search_world.h - what the tests of searches share: sets of nodes, and loops over all nodes that use none of
- * the searches' code. */
+/* search_world.h - for tests of searches: sets of nodes, and the oracle, loops over all nodes that use no
+ * code of the searches. */
 #ifndef KITH_TEST_NEIGHBOR_SEARCH_WORLD_H
 #define KITH_TEST_NEIGHBOR_SEARCH_WORLD_H
 
@@ -17,10 +17,10 @@ static inline kith_index below(kith_index n) {
   return (kith_index)(check_random(&seed) * n);
 }
 
-/* Members with parameters are tried with another value of the first one, too. */
+/* Members with parameters are also tested with another value of the first one. */
 static const void *settings;
-static inline kith_status create(struct kith_search **s, const struct kith_search_ops *ops,
-                                 const struct kith_nodes *nodes) {
+static inline kith_status create_search(struct kith_search **s, const struct kith_search_ops *ops,
+                                        const struct kith_nodes *nodes) {
   const kith_status status = kith_search_create(s, ops, nodes);
   if (status == KITH_OK) (*s)->settings = settings;
   return status;
@@ -39,7 +39,7 @@ static inline void with_members(void (*test)(const struct kith_search_ops *ops))
   }
 }
 
-/* The oracle. Ties count: <=. */
+/* The oracle: do a target and a source interact? Ties count. */
 static inline bool interact(const double *x, double radius, const double *y, double other,
                             enum kith_search_mode mode) {
   double d2 = 0;
@@ -47,19 +47,19 @@ static inline bool interact(const double *x, double radius, const double *y, dou
   return (mode != KITH_SCATTER && d2 <= radius * radius) || (mode != KITH_GATHER && d2 <= other * other);
 }
 
-static inline const double *place(const struct kith_nodes *nodes, kith_index i) {
+static inline const double *position_of(const struct kith_nodes *nodes, kith_index i) {
   return nodes->position->f64 + (size_t)i * NDIM;
 }
 
-static inline bool same_node(const struct kith_search *s, kith_index p, kith_index q) {
+static inline bool equal_nodes(const struct kith_search *s, kith_index p, kith_index q) {
   const kith_index i = s->node[p], j = s->node[q], internal = s->nodes->n_internal;
   for (int a = 0; a < NDIM; ++a)
     if (s->coordinate[a][p] != s->coordinate[a][q]) return false;
   return s->radius2[p] == s->radius2[q] && (i < internal) == (j < internal);
 }
 
-/* Slots are a permutation, ascending where nothing else tells nodes apart (unless only some of them were
- * updated), packed as the nodes are; groups hold every node once and never mix. */
+/* Slots are a permutation of the nodes and hold their positions and radii; equal nodes are in ascending order
+ * (`ordered`: not after partial updates). Groups hold every node once, and never both nodes and ghosts. */
 static inline void check_slots(const struct kith_search *s, kith_index *slot_of, bool ordered) {
   const struct kith_nodes *nodes = s->nodes;
   const kith_index n = kith_nodes_count(nodes);
@@ -73,8 +73,8 @@ static inline void check_slots(const struct kith_search *s, kith_index *slot_of,
       continue;
     }
     slot_of[i] = slot;
-    for (int a = 0; a < NDIM; ++a) wrong += s->coordinate[a][slot] != place(nodes, i)[a];
-    wrong += ordered && slot > 0 && same_node(s, slot - 1, slot) && s->node[slot - 1] > i;
+    for (int a = 0; a < NDIM; ++a) wrong += s->coordinate[a][slot] != position_of(nodes, i)[a];
+    wrong += ordered && slot > 0 && equal_nodes(s, slot - 1, slot) && s->node[slot - 1] > i;
     wrong += s->radius2[slot] != nodes->search_radius->f64[i] * nodes->search_radius->f64[i];
   }
   CHECK(wrong == 0);
@@ -100,11 +100,11 @@ static inline void check_group(const struct kith_search *s, int g, const kith_in
   struct kith_box box = kith_box_empty();
   double radius2 = 0;
   for (kith_index slot = group.first; slot < group.first + group.count; ++slot) {
-    kith_box_include(&box, place(nodes, s->node[slot]));
+    kith_box_include(&box, position_of(nodes, s->node[slot]));
     radius2 = KITH_MAX(radius2, s->radius2[slot]);
     const double radius = nodes->search_radius->f64[s->node[slot]];
     CHECK(s->radius2[slot] == radius * radius);
-    for (int a = 0; a < NDIM; ++a) CHECK(s->coordinate[a][slot] == place(nodes, s->node[slot])[a]);
+    for (int a = 0; a < NDIM; ++a) CHECK(s->coordinate[a][slot] == position_of(nodes, s->node[slot])[a]);
   }
   for (enum kith_search_mode mode = KITH_GATHER; mode <= KITH_GATHER_SCATTER; ++mode) {
     runs->n = 0;
@@ -119,8 +119,8 @@ static inline void check_group(const struct kith_search *s, int g, const kith_in
     }
     for (kith_index slot = group.first; slot < group.first + group.count; ++slot)
       for (kith_index j = 0; j < s->n; ++j)
-        missed += interact(place(nodes, s->node[slot]), nodes->search_radius->f64[s->node[slot]],
-                           place(nodes, j), nodes->search_radius->f64[j], mode) &&
+        missed += interact(position_of(nodes, s->node[slot]), nodes->search_radius->f64[s->node[slot]],
+                           position_of(nodes, j), nodes->search_radius->f64[j], mode) &&
                   !found[slot_of[j]];
     free(found);
     CHECK(wrong == 0);
@@ -136,18 +136,19 @@ static inline void check_at(const struct kith_search *s, const double *x, double
     CHECK_OK(kith_search_at(s, x, radius, mode, &found, &capacity, &count));
     kith_index k = 0, wrong = 0;
     for (kith_index j = 0; j < s->n; ++j)
-      if (interact(x, radius, place(nodes, j), nodes->search_radius->f64[j], mode))
+      if (interact(x, radius, position_of(nodes, j), nodes->search_radius->f64[j], mode))
         wrong += k >= count || found[k++] != j;
     CHECK(wrong == 0 && k == count);
   }
   kith_free(&found);
 }
 
-/* Sweeps. `moves`: cells move their targets away, which must not matter. */
+/* State of a sweep. `moves`: positions that cells change while they are swept, which must not matter. */
 struct swept {
   const struct kith_search *search;
   int *hits, wrong;
-  uint8_t *touched, *marked; /* 1: first, 2: last; targets so far */
+  /* touched: 1 after the first event, 2 after the last one; marked: targets so far */
+  uint8_t *touched, *marked;
   double *moves;
 };
 
@@ -170,7 +171,7 @@ static inline void packed_place(const struct kith_search *s, kith_index slot, do
   for (int a = 0; a < NDIM; ++a) x[a] = s->coordinate[a][slot];
 }
 
-/* f(target, other), and at once f(other, target) if the other one is of a coarser level. */
+/* Counts each interaction of a target, and its reverse if the other node is of a coarser level. */
 static inline kith_status count_hits(void *context, const struct kith_cell *cell) {
   struct swept *w = context;
   const struct kith_search *s = w->search;
@@ -193,7 +194,8 @@ static inline kith_status count_hits(void *context, const struct kith_cell *cell
   return KITH_OK;
 }
 
-/* Every node is a target once, every interaction is met once in each direction, and events are in order. */
+/* In a sweep every node is a target once, every interaction is met once in each direction, and events are in
+ * order. */
 static inline void check_sweep(const struct kith_search *s, double *moves) {
   const size_t n = (size_t)s->n + 1;
   struct swept w = {.search = s, .moves = moves};
@@ -219,7 +221,7 @@ static inline void check_sweep(const struct kith_search *s, double *moves) {
   free(w.hits), free(w.touched), free(w.marked);
 }
 
-/* Everything, for at most `groups` groups. */
+/* Makes all checks, for at most `groups` groups. */
 static inline void check_search(const struct kith_search *s, int groups, bool ordered) {
   const struct kith_nodes *nodes = s->nodes;
   kith_index *slot_of = malloc(sizeof *slot_of * (size_t)(s->n + 1));
@@ -234,13 +236,13 @@ static inline void check_search(const struct kith_search *s, int groups, bool or
     double x[NDIM];
     for (int a = 0; a < NDIM; ++a) x[a] = k == 0 ? -50 : k == 1 ? 1e6 : uniform(-0.2, 1.2);
     check_at(s, x, k < 2 ? 60 : uniform(0, 0.3));
-    if (s->n > 0) check_at(s, place(nodes, below(s->n)), nodes->search_radius->f64[below(s->n)]);
+    if (s->n > 0) check_at(s, position_of(nodes, below(s->n)), nodes->search_radius->f64[below(s->n)]);
   }
   CHECK(kith_search_bytes(s) >= sizeof *s);
   if (s->n < 2000) check_sweep(s, NULL);
 }
 
-/* Sets of nodes. */
+/* ---- sets of nodes ---- */
 
 enum arrangement {
   RANDOM,
@@ -264,9 +266,9 @@ static inline double spacing(kith_index n) {
   return pow(n, -1.0 / NDIM);
 }
 
-/* Lattice: powers of two, so that distances and squares are exact, and radii that are lattice distances
+/* Coordinates are multiples of 1/16, so that distances and squares are exact, and radii are lattice distances
  * (cells of half the largest radius then end where nodes are). */
-static inline void put_on_lattice(double *x, double *radius, kith_index i, kith_index n) {
+static inline void place_on_lattice(double *x, double *radius, kith_index i, kith_index n) {
   const kith_index side = lattice_side(n);
   kith_index rest = i;
   for (int a = 0; a < NDIM; ++a) x[a] = 0.0625 * (rest % side), rest /= side;
@@ -274,10 +276,10 @@ static inline void put_on_lattice(double *x, double *radius, kith_index i, kith_
   *radius = 0.0625 * multiple[i % 3];
 }
 
-static inline void put(double *x, double *radius, enum arrangement how, kith_index i, kith_index n) {
+static inline void place_node(double *x, double *radius, enum arrangement how, kith_index i, kith_index n) {
   for (int a = 0; a < NDIM; ++a) x[a] = uniform(0, 1);
   *radius = uniform(1, 1.5) * spacing(n);
-  if (how == LATTICE) put_on_lattice(x, radius, i, n);
+  if (how == LATTICE) place_on_lattice(x, radius, i, n);
   if (how == CLUSTERED)
     for (int a = 0; a < NDIM; ++a) x[a] = pow(x[a], 12);
   if (how == COINCIDENT)
@@ -301,14 +303,14 @@ static inline struct kith_nodes *make_nodes(enum arrangement how, kith_index n, 
     if (count > 0) CHECK_OK(kith_nodes_append(nodes, l, count, &first));
   }
   for (kith_index i = 0; i < n; ++i) {
-    put(nodes->position->f64 + (size_t)i * NDIM, &nodes->search_radius->f64[i], how, i, n);
+    place_node(nodes->position->f64 + (size_t)i * NDIM, &nodes->search_radius->f64[i], how, i, n);
     nodes->id->i64[i] = i;
   }
   ++nodes->positions;
   return nodes;
 }
 
-/* Images of every third node, mirrored at 0 or shifted by 1 along an axis; ghosts of ghosts too. */
+/* Adds images of every third node, mirrored at 0 or shifted by 1 along an axis; ghosts have images, too. */
 static inline void add_ghosts(struct kith_nodes *nodes, int axis, bool mirror) {
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE};
   const kith_index n = kith_nodes_count(nodes);

@@ -1,13 +1,14 @@
-/* test_spacetree.c - sweeps over cells that move their targets; counters of how nodes were sorted; nodes on
- * faces, edges and corners of cells. That sweeps meet every interaction once, and nothing else, all searches
- * are asked by conformance_search.c. */
+/* test_spacetree.c - what is special to the spacetree: sweeps whose cells move their targets, counters of
+ * what an update did, and nodes on faces, edges and corners of cells. Sweeps of all searches are tested by
+ * conformance_search.c, with the oracle of search_world.h. */
 #include "tests/unit/lib/neighbor/search_world.h"
 
-/* Cells move their targets while they are swept: sets stay what they were, and after that are refused. */
+/* Cells move their targets during a sweep: the sweep visits the same interactions, and the next one is
+ * refused. */
 static void test_moves_of_targets(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(EIGHT_TO_ONE, 200, 1);
   struct kith_search *s = NULL;
-  CHECK_OK(create(&s, ops, nodes));
+  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   check_sweep(s, nodes->position->f64);
   ++nodes->positions;
@@ -17,7 +18,7 @@ static void test_moves_of_targets(const struct kith_search_ops *ops) {
   kith_nodes_destroy(&nodes);
 }
 
-/* What the spacetree did with node 0, in a cloud of equal radii that stays where it is. */
+/* Expects these counters after an update; nodes are a cloud of equal radii, and node 0 has changed. */
 static void expect_counts(struct kith_search *s, bool selected, const uint64_t *expected) {
   const kith_index moved = 0;
   ++((struct kith_nodes *)(uintptr_t)s->nodes)->positions;
@@ -25,7 +26,8 @@ static void expect_counts(struct kith_search *s, bool selected, const uint64_t *
   for (int k = 0; k < KITH_SEARCH_COUNTERS; ++k) CHECK(s->count[k] == expected[k]);
 }
 
-/* Sorts from scratch, moves, levels lifted and dropped, nodes that tunnelled; by either update. */
+/* Counters of sorts from scratch, moves, nodes lifted to a coarser or dropped to a finer level, and nodes
+ * that tunnelled, after both kinds of update. */
 static void test_counters(void) {
   for (int selected = 0; selected < 2; ++selected) {
     struct kith_nodes *nodes = make_nodes(RANDOM, 400, 1);
@@ -43,7 +45,7 @@ static void test_counters(void) {
     expect_counts(s, selected, (const uint64_t[]){0, 0, 1, 0, 0});
     radius[0] = 0.01;
     expect_counts(s, selected, (const uint64_t[]){0, 0, 0, 1, 0});
-    x[NDIM - 1] += 7.3 * 0.021; /* an adjacent vertex three levels up */
+    x[NDIM - 1] += 7.3 * 0.021; /* to an adjacent vertex three levels up */
     expect_counts(s, selected, (const uint64_t[]){0, 0, 3, 3, 1});
     check_search(s, 40, false);
     kith_search_destroy(&s);
@@ -51,8 +53,8 @@ static void test_counters(void) {
   }
 }
 
-/* Many ghosts come, for which arrays grow, that then hold no nodes: all in one cell, whose key is that of
- * empty memory. */
+/* Many ghosts are added, so that arrays grow; all ghosts are in one cell, whose key equals that of unused
+ * memory. */
 static void test_growth(void) {
   const kith_index n = 10000;
   struct kith_nodes *nodes = make_nodes(RANDOM, n, 1);
@@ -74,8 +76,8 @@ static void test_growth(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Nodes on the faces, edges and corners of cells, at their middles, of two levels: each is a target of one
- * cell (check_sweep), the upper one. */
+/* Nodes on faces, edges and corners of cells and at their midpoints, on two levels: each must be a target of
+ * one cell (check_sweep), the upper one. */
 static void test_faces(void) {
   const kith_index n = 2 + (NDIM == 1 ? 30 : 200);
   struct kith_nodes *nodes = make_nodes(RANDOM, n, 1);
@@ -84,7 +86,7 @@ static void test_faces(void) {
   for (kith_index i = 0; i < n; ++i) nodes->search_radius->f64[i] = i % 2 ? 0.25 : 0.06;
   for (int a = 0; a < 2 * NDIM; ++a) nodes->position->f64[a] = a < NDIM;
   CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
-  CHECK_OK(kith_search_update(s)); /* nodes 0 and 1 make the frame */
+  CHECK_OK(kith_search_update(s)); /* nodes 0 and 1 span the box */
   const struct kith_spacetree *tree = s->self;
   const int level = 2;
   for (kith_index i = 2; i < n; ++i) {

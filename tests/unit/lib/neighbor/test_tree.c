@@ -1,5 +1,5 @@
-/* test_tree.c - the test of octets against a box, in the form for any processor and in the one with masks
- * (where this processor has them), beside plain loops; on lattices with exact ties too. */
+/* test_tree.c - the test of octets against a box, in portable form and with AVX-512 masks (where the
+ * processor has them). Oracle: plain loops; on lattices with exact ties, too. */
 #include "lib/neighbor/tree.c"
 
 #include "tests/check.h"
@@ -31,7 +31,7 @@ static unsigned expected(const struct octet *octet, int cells, const struct quer
   return mask;
 }
 
-static void tests_octets(bool lattice) {
+static void check_octets(bool lattice) {
   struct octet octet[OCTETS];
   kith_index child[OCTETS + 1] = {0}, octets[OCTETS];
   struct tree tree = {.octet = octet, .child = child};
@@ -68,6 +68,6 @@ static void tests_octets(bool lattice) {
 }
 
 int main(void) {
-  for (int round = 0; round < 200; ++round) tests_octets(round % 2);
+  for (int round = 0; round < 200; ++round) check_octets(round % 2);
   return check_failed();
 }

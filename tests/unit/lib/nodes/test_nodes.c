@@ -1,5 +1,6 @@
-/* Node lists, fields of all kinds and types, ghosts, order and culling. A field's value is a function of its
- * node's id, so that after any move every value tells whether it followed. */
+/* test_nodes.c - lists of nodes, fields of all kinds and types, ghosts, reordering and culling. Oracle: a
+ * field's value is a function of the id of its node, so that every value shows whether it has followed its
+ * node. */
 #include "tests/check.h"
 #include "lib/core/sfc_key.h"
 #include "lib/nodes/nodes.h"
@@ -31,12 +32,12 @@ static struct fixture make(int n_lists) {
   return f;
 }
 
-/* Values of the node with this id. */
+/* The value of a field of the node with this id. */
 static double value(int64_t id, int which, int component) {
   return (double)id * 16 + which + component * 0x1p-8;
 }
 
-static void give(struct fixture *f, kith_index i, int64_t id) {
+static void set_values(struct fixture *f, kith_index i, int64_t id) {
   f->nodes->id->i64[i] = id;
   for (int a = 0; a < NDIM; ++a) {
     f->nodes->position->f64[i * NDIM + a] = value(id, 0, a);
@@ -52,8 +53,8 @@ static void give(struct fixture *f, kith_index i, int64_t id) {
   f->flag->u8[i] = (uint8_t)(id % 251);
 }
 
-/* Does node i have the values of its id, seen through sign and shift (NULL: as they are)? */
-static bool right_through(const struct fixture *f, kith_index i, const double *sign, const double *shift) {
+/* Does node i have the values of its id, seen through sign and shift (NULL: none)? */
+static bool has_image_values(const struct fixture *f, kith_index i, const double *sign, const double *shift) {
   const int64_t id = f->nodes->id->i64[i];
   double s[NDIM], t[NDIM];
   for (int a = 0; a < NDIM; ++a) s[a] = sign != NULL ? sign[a] : 1, t[a] = shift != NULL ? shift[a] : 0;
@@ -73,8 +74,8 @@ static bool right_through(const struct fixture *f, kith_index i, const double *s
   return ok;
 }
 
-static bool right(const struct fixture *f, kith_index i) {
-  return right_through(f, i, NULL, NULL);
+static bool has_values(const struct fixture *f, kith_index i) {
+  return has_image_values(f, i, NULL, NULL);
 }
 
 static void append(struct fixture *f, int list, kith_index count, int64_t id) {
@@ -84,18 +85,18 @@ static void append(struct fixture *f, int list, kith_index count, int64_t id) {
   for (kith_index k = 0; k < count; ++k) {
     CHECK(f->nodes->id->i64[first + k] == -1 && f->mass->f64[first + k] == 0 && f->flag->u8[first + k] == 0);
     CHECK(f->nodes->list->u8[first + k] == list);
-    give(f, first + k, id + k);
+    set_values(f, first + k, id + k);
   }
 }
 
-/* Lists side by side from 0, each node in the list that `list` says, ghosts behind; values right. */
-static void check_house(const struct fixture *f) {
+/* Lists follow each other from 0, each node is in its list, ghosts are behind, and all values are right. */
+static void check_layout(const struct fixture *f) {
   kith_index place = 0;
   for (int l = 0; l < f->nodes->n_lists; ++l) {
     CHECK(f->nodes->lists[l].first == place);
     for (kith_index k = 0; k < f->nodes->lists[l].count; ++k) {
       CHECK(f->nodes->list->u8[place + k] == l);
-      CHECK(right(f, place + k));
+      CHECK(has_values(f, place + k));
     }
     place += f->nodes->lists[l].count;
   }
@@ -151,24 +152,24 @@ static void check_growth(void) {
   append(&f, 0, 3, 200);
   append(&f, 2, 1, 300);
   append(&f, 1, 4, 107);
-  check_house(&f);
+  check_layout(&f);
   CHECK(f.nodes->lists[1].first == 3 && f.nodes->lists[1].count == 11 && f.nodes->lists[2].first == 14);
   int moves = 0;
-  for (int k = 0; k < 2000;
-       ++k) { /* one by one: an eighth ahead, so about log(2000 / 16) / log(1.125) = 41 moves */
+  /* one node at a time; memory grows by an eighth, so about log(2000 / 16) / log(1.125) = 41 times */
+  for (int k = 0; k < 2000; ++k) {
     const kith_index before = f.nodes->capacity;
     append(&f, 0, 1, 1000 + k);
     moves += f.nodes->capacity != before;
   }
   CHECK(moves < 60);
-  check_house(&f);
+  check_layout(&f);
   const size_t bytes = kith_nodes_bytes(f.nodes);
   CHECK_OK(kith_nodes_grow(f.nodes, 2 * f.nodes->capacity, 0));
   CHECK(kith_nodes_bytes(f.nodes) > 3 * bytes / 2);
-  check_house(&f);
+  check_layout(&f);
   CHECK_STATUS(KITH_INTERNAL, kith_nodes_append(f.nodes, 3, 1, NULL));
   CHECK_STATUS(KITH_UNSUPPORTED, kith_nodes_append(f.nodes, 0, INT32_MAX, NULL));
-  check_house(&f);
+  check_layout(&f);
   kith_nodes_destroy(&f.nodes);
 }
 
@@ -184,16 +185,16 @@ static void check_delete(void) {
     kith_index n = 0;
     for (kith_index i = 0; i < f.nodes->n_internal; ++i) {
       dead[i] = round == 0 ? 0 : round == 5 ? 1 : check_random(&seed) < 0.3;
-      if (f.nodes->list->u8[i] == 3 && round == 1) dead[i] = 1; /* a list dies out */
+      if (f.nodes->list->u8[i] == 3 && round == 1) dead[i] = 1; /* the list becomes empty */
       if (!dead[i]) left[n++] = f.nodes->id->i64[i];
     }
     CHECK_OK(kith_nodes_delete(f.nodes, dead));
     CHECK(f.nodes->n_internal == n);
-    check_house(&f);
+    check_layout(&f);
     for (kith_index i = 0; i < n; ++i) CHECK(f.nodes->id->i64[i] == left[i]);
   }
   append(&f, 3, 2, 7);
-  check_house(&f);
+  check_layout(&f);
   kith_nodes_destroy(&f.nodes);
 }
 
@@ -214,15 +215,15 @@ static void check_reorder(void) {
   const uint64_t generation = f.nodes->ghosts;
   CHECK_OK(kith_nodes_reorder(f.nodes, order));
   CHECK(f.nodes->ghosts != generation);
-  check_house(&f);
+  check_layout(&f);
   for (kith_index k = 0; k < 3000; ++k) CHECK(f.nodes->id->i64[k] == order[k]);
   for (kith_index k = 3001; k < 5501; ++k) CHECK(f.nodes->id->i64[k] == order[k] - 3001 + 10000);
-  check_house(&f);
+  check_layout(&f);
   free(order);
   kith_nodes_destroy(&f.nodes);
 }
 
-/* On a coarse lattice many nodes share a place, so that ids decide. */
+/* On a coarse lattice many nodes have the same position, so that ids decide. */
 static void check_curve_order(void) {
   struct fixture f = make(3);
   append(&f, 0, 1500, 0);
@@ -256,13 +257,15 @@ static void check_curve_order(void) {
   CHECK_OK(kith_nodes_curve_order(f.nodes, lower, upper, order, &sorted));
   CHECK(sorted);
   for (kith_index i = 0; i < n; ++i) CHECK(order[i] == i);
-  CHECK_OK(kith_nodes_curve_order(f.nodes, lower, lower, order, &sorted)); /* a flat box: ids alone */
+  /* in a flat box ids alone decide */
+  CHECK_OK(kith_nodes_curve_order(f.nodes, lower, lower, order, &sorted));
   for (kith_index i = 1; i < 1500; ++i) CHECK(f.nodes->id->i64[order[i - 1]] < f.nodes->id->i64[order[i]]);
   free(order);
   kith_nodes_destroy(&f.nodes);
 }
 
-/* Ghosts: a block mirrored on the last axis, a block of ghosts of those shifted on axis 0, a frozen block. */
+/* Adds ghosts: images mirrored on the last axis, images of these shifted on axis 0, frozen ghosts, and an
+ * image of one of them. */
 static void add_image(struct fixture *f, int list, kith_index count, const kith_index *control,
                       const double *sign, const double *shift) {
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = 1, .list = list, .count = count};
@@ -273,7 +276,7 @@ static void add_image(struct fixture *f, int list, kith_index count, const kith_
   CHECK_OK(kith_nodes_add_ghosts(f->nodes, &block));
 }
 
-static void images(double *mirror, double *across, double *one, double *along) {
+static void image_maps(double *mirror, double *across, double *one, double *along) {
   for (int a = 0; a < NDIM; ++a) mirror[a] = one[a] = 1, across[a] = along[a] = 0;
   mirror[NDIM - 1] = -1;
   across[NDIM - 1] = 64;
@@ -282,36 +285,37 @@ static void images(double *mirror, double *across, double *one, double *along) {
 
 static void add_chain(struct fixture *f) {
   double mirror[NDIM], across[NDIM], one[NDIM], along[NDIM];
-  images(mirror, across, one, along);
-  add_image(f, 1, 4, (const kith_index[]){4, 6, 7, 9}, mirror, across);   /* 12 .. 15 */
-  add_image(f, 1, 5, (const kith_index[]){4, 5, 13, 14, 15}, one, along); /* 16 .. 20 */
-  add_image(f, 1, 0, NULL, one, along);                                   /* not kept */
-  add_image(f, 2, 1, (const kith_index[]){11}, one, along);               /* 21 */
+  image_maps(mirror, across, one, along);
+  add_image(f, 1, 4, (const kith_index[]){4, 6, 7, 9}, mirror, across);   /* ghosts 12 .. 15 */
+  add_image(f, 1, 5, (const kith_index[]){4, 5, 13, 14, 15}, one, along); /* ghosts 16 .. 20 */
+  add_image(f, 1, 0, NULL, one, along);                                   /* not stored */
+  add_image(f, 2, 1, (const kith_index[]){11}, one, along);               /* ghost 21 */
   const struct kith_ghost_block frozen = {.kind = KITH_GHOST_FROZEN, .boundary = 2, .list = 0, .count = 3};
-  CHECK_OK(kith_nodes_add_ghosts(f->nodes, &frozen)); /* 22 .. 24 */
+  CHECK_OK(kith_nodes_add_ghosts(f->nodes, &frozen)); /* ghosts 22 .. 24 */
   for (kith_index i = 22; i < 25; ++i) {
     CHECK(f->nodes->list->u8[i] == 0 && f->mass->f64[i] == 0);
-    give(f, i, 500 + i);
+    set_values(f, i, 500 + i);
   }
-  add_image(f, 0, 1, (const kith_index[]){23}, one, along); /* 25: of a frozen ghost */
+  add_image(f, 0, 1, (const kith_index[]){23}, one, along); /* ghost 25, of a frozen ghost */
 }
 
 static void check_chain(const struct fixture *f) {
   double mirror[NDIM], across[NDIM], one[NDIM], along[NDIM], both[NDIM];
-  images(mirror, across, one, along);
+  image_maps(mirror, across, one, along);
   for (int a = 0; a < NDIM; ++a) both[a] = across[a] + along[a];
   for (kith_index i = 12; i < 16; ++i)
-    CHECK(right_through(f, i, mirror, across) && f->nodes->list->u8[i] == 1);
-  for (kith_index i = 16; i < 18; ++i) CHECK(right_through(f, i, one, along));
-  for (kith_index i = 18; i < 21; ++i) CHECK(right_through(f, i, mirror, both) && f->nodes->list->u8[i] == 1);
-  CHECK(right_through(f, 21, one, along) && f->nodes->list->u8[21] == 2);
-  for (kith_index i = 22; i < 25; ++i) CHECK(right(f, i));
-  CHECK(right_through(f, 25, one, along));
+    CHECK(has_image_values(f, i, mirror, across) && f->nodes->list->u8[i] == 1);
+  for (kith_index i = 16; i < 18; ++i) CHECK(has_image_values(f, i, one, along));
+  for (kith_index i = 18; i < 21; ++i)
+    CHECK(has_image_values(f, i, mirror, both) && f->nodes->list->u8[i] == 1);
+  CHECK(has_image_values(f, 21, one, along) && f->nodes->list->u8[21] == 2);
+  for (kith_index i = 22; i < 25; ++i) CHECK(has_values(f, i));
+  CHECK(has_image_values(f, 25, one, along));
   CHECK(f->nodes->id->i64[18] == f->nodes->id->i64[6] && f->nodes->id->i64[25] == 523);
 }
 
-/* A field of nodes alone takes no memory for ghosts, and follows deletion and culling; given to ghosts it is
- * refreshed like others. */
+/* A field of nodes only takes no memory for ghosts, and follows deletion and culling; once given to ghosts,
+ * it is refreshed like others. */
 static void check_own(void) {
   struct fixture f = make(1);
   struct kith_field *own;
@@ -360,15 +364,15 @@ static struct fixture make_chain(void) {
 static void check_ghosts(void) {
   struct fixture f = make_chain();
   CHECK(f.nodes->n_ghost == 14 && f.nodes->n_blocks == 5);
-  check_house(&f);
+  check_layout(&f);
   check_chain(&f);
-  for (kith_index i = 0; i < f.nodes->n_internal; ++i) give(&f, i, f.nodes->id->i64[i] + 7);
+  for (kith_index i = 0; i < f.nodes->n_internal; ++i) set_values(&f, i, f.nodes->id->i64[i] + 7);
   kith_nodes_refresh_images(f.nodes, f.nodes->fields, f.nodes->n_fields);
   CHECK(f.nodes->id->i64[12] == 37);
-  check_chain(&f); /* values follow the new ids; those of frozen ghosts stay */
+  check_chain(&f); /* values follow the new ids; frozen ghosts keep theirs */
   f.mass->f64[4] = -1;
   f.flag->u8[4] = 255;
-  kith_nodes_refresh_images(f.nodes, &f.mass, 1); /* only what is asked for */
+  kith_nodes_refresh_images(f.nodes, &f.mass, 1); /* only the fields that are named */
   CHECK(f.mass->f64[12] == -1 && f.flag->u8[12] == 37);
   const uint64_t generation = f.nodes->ghosts;
   kith_nodes_drop_ghosts(f.nodes);
@@ -376,13 +380,14 @@ static void check_ghosts(void) {
   kith_nodes_drop_ghosts(f.nodes);
   CHECK(f.nodes->ghosts == generation + 1);
   const struct kith_ghost_block frozen = {.kind = KITH_GHOST_FROZEN, .list = 2, .count = 14};
-  CHECK_OK(kith_nodes_add_ghosts(f.nodes, &frozen)); /* zero, where old ghosts have left their values */
+  CHECK_OK(kith_nodes_add_ghosts(f.nodes, &frozen)); /* zero, though old ghosts have left values there */
   for (kith_index i = 12; i < 26; ++i)
     CHECK(f.mass->f64[i] == 0 && f.counter->i64[i] == 0 && f.nodes->list->u8[i] == 2);
   kith_nodes_destroy(&f.nodes);
 }
 
-/* A chain of blocks, each the reverse of the one before: a thread reads what another has written. */
+/* A chain of blocks, each in the reverse order of the one before, so that a thread reads what another one has
+ * written. */
 static void check_long_chain(void) {
   enum { N = 2048, LINKS = 9 };
   static kith_index control[N];
@@ -399,7 +404,7 @@ static void check_long_chain(void) {
     for (kith_index i = 0; i < N; ++i) f.mass->f64[i] = i + round * N;
     kith_nodes_refresh_images(f.nodes, &f.mass, 1);
     for (kith_index k = 0; k < N; ++k)
-      wrong += f.mass->f64[LINKS * N + k] != N - 1 - k + round * N; /* an odd chain */
+      wrong += f.mass->f64[LINKS * N + k] != N - 1 - k + round * N; /* LINKS is odd */
   }
   CHECK(wrong == 0);
   kith_nodes_destroy(&f.nodes);
@@ -417,9 +422,9 @@ static void check_bad_ghosts(void) {
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .list = 3, .count = 1};
   CHECK_STATUS(KITH_INTERNAL, kith_nodes_add_ghosts(f.nodes, &block));
   CHECK(f.nodes->n_ghost == 14);
-  append(&f, 0, 1, 99); /* appending drops ghosts, and so does deleting */
+  append(&f, 0, 1, 99); /* appending drops ghosts */
   CHECK(f.nodes->n_ghost == 0);
-  check_house(&f);
+  check_layout(&f);
   kith_nodes_destroy(&f.nodes);
 }
 
@@ -436,25 +441,27 @@ static void check_cull(void) {
   for (kith_index i = 0; i < 12; ++i) CHECK(renumber[i] == i);
   for (kith_index g = 0; g < 14; ++g) CHECK(renumber[12 + g] == wanted[g] && keep[g] == (wanted[g] >= 0));
   CHECK(f.nodes->ghosts == generation + 1 && f.nodes->n_ghost == 7 && f.nodes->n_blocks == 4);
-  check_house(&f);
+  check_layout(&f);
   const struct kith_ghost_block *b = f.nodes->blocks;
   CHECK(b[0].count == 2 && b[0].control[0] == 6 && b[0].control[1] == 7);
   CHECK(b[1].count == 3 && b[1].control[0] == 4 && b[1].control[1] == 12 && b[1].control[2] == 13);
-  CHECK(b[2].kind == KITH_GHOST_FROZEN && b[2].count == 1 && f.nodes->id->i64[17] == 523 && right(&f, 17));
+  CHECK(b[2].kind == KITH_GHOST_FROZEN && b[2].count == 1 && f.nodes->id->i64[17] == 523 &&
+        has_values(&f, 17));
   CHECK(b[3].control[0] == 17);
   double mirror[NDIM], across[NDIM], one[NDIM], along[NDIM], both[NDIM];
-  images(mirror, across, one, along);
+  image_maps(mirror, across, one, along);
   for (int a = 0; a < NDIM; ++a) both[a] = across[a] + along[a];
   for (int round = 0; round < 2; ++round) {
-    CHECK(right_through(&f, 12, mirror, across) && right_through(&f, 13, mirror, across));
-    CHECK(right_through(&f, 14, one, along) && right_through(&f, 15, mirror, both) &&
-          right_through(&f, 16, mirror, both));
-    CHECK(right_through(&f, 18, one, along));
+    CHECK(has_image_values(&f, 12, mirror, across) && has_image_values(&f, 13, mirror, across));
+    CHECK(has_image_values(&f, 14, one, along) && has_image_values(&f, 15, mirror, both) &&
+          has_image_values(&f, 16, mirror, both));
+    CHECK(has_image_values(&f, 18, one, along));
     kith_nodes_refresh_images(f.nodes, f.nodes->fields, f.nodes->n_fields);
   }
   memset(keep, 1, sizeof keep);
   CHECK_OK(kith_nodes_cull_ghosts(f.nodes, keep, renumber));
-  CHECK(f.nodes->ghosts == generation + 1 && f.nodes->n_ghost == 7 && renumber[18] == 18); /* nothing to do */
+  /* there is nothing to do */
+  CHECK(f.nodes->ghosts == generation + 1 && f.nodes->n_ghost == 7 && renumber[18] == 18);
   memset(keep, 0, sizeof keep);
   CHECK_OK(kith_nodes_cull_ghosts(f.nodes, keep, renumber));
   CHECK(f.nodes->n_ghost == 0 && f.nodes->n_blocks == 0);
