@@ -1,4 +1,5 @@
-/* added_world.h - a world (sph_world.h) with a package that adds to the rates of its hydro package. */
+/* added_world.h - for tests: a world (sph_world.h) with packages that add to the rates of its hydro
+ * package. */
 #ifndef KITH_TEST_PHYSICS_ADDED_WORLD_H
 #define KITH_TEST_PHYSICS_ADDED_WORLD_H
 
@@ -9,7 +10,7 @@ struct added {
   void *settings;
 };
 
-/* Puts it at the end of the list; w->package is as it will be. */
+/* Appends a package to those of the world. It must come after the last change of w->package. */
 static inline void added_attach(struct added *added, struct world *w, const char *name,
                                 const char *assignments) {
   struct kith_package *last = &w->package;
@@ -26,7 +27,7 @@ static inline void added_attach(struct added *added, struct world *w, const char
   last->next = &added->package;
 }
 
-/* Takes all of them off. */
+/* Removes all added packages. */
 static inline void added_detach(struct world *w, int n, struct added *added) {
   w->package.next = NULL;
   for (int k = 0; k < n; ++k) {

@@ -1,21 +1,22 @@
-/* Conformance of the packages that act on top of a hydro package: each, on top of each hydro package, keeps
- * momentum and energy and does not depend on traversal, threads, the frame or its place in the list. Those
- * that add to the rates heat as the second law allows, and add nothing to gas of one velocity and
- * temperature; those that couple the pairs change nothing where all nodes are sound. */
+/* conformance_added.c - every added package, on top of every hydro package: momentum and energy are conserved
+ * to round-off, and rates do not depend on traversal, threads, frame of reference or the order of packages.
+ * Packages that add rates raise the entropy and add exactly nothing to gas of one velocity and temperature;
+ * packages that couple pairs change nothing if no node is damaged. The oracle is in each case the same gas
+ * without the package, or evaluated in another way. */
 #include <omp.h>
 #include "tests/unit/physics/added_world.h"
 
 static const int box[3] = {NDIM == 1 ? 15 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 3};
 enum { ADDED = KITH_ADDED_PACKAGES };
 
-/* What stands in the list after the hydro package: members of the family by number, parted by blanks. */
+/* The packages after the hydro package: `member` numbers members of the family. */
 struct variant {
   const char *hydro;
   int n, member[ADDED];
   struct method method;
 };
 
-/* Coefficients that make what is added as large as what the gas does. */
+/* Coefficients that make the added rates about as large as those of the gas. */
 static void settings_of(const struct kith_package_ops *ops, char *text, size_t size) {
   text[0] = '\0';
   for (const struct kith_param *p = ops->params; p != NULL && p->key != NULL; ++p)
@@ -38,8 +39,8 @@ static bool couples(const struct variant *v) {
   return any;
 }
 
-/* Without those that have rates. */
-static struct variant bare(const struct variant *v) {
+/* Leaves out packages that add rates. */
+static struct variant without_rates(const struct variant *v) {
   struct variant out = *v;
   out.n = 0;
   for (int k = 0; k < v->n; ++k)
@@ -47,7 +48,7 @@ static struct variant bare(const struct variant *v) {
   return out;
 }
 
-/* Some nodes sound, some broken, most between; or all sound. */
+/* A few nodes are sound, a few broken, most between; or all are sound. */
 static void create_damaged(struct world *w, const struct variant *v, enum side side,
                            struct added added[ADDED], bool sound) {
   static const struct kith_field_spec spec = {"damage", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "D"};
@@ -77,13 +78,13 @@ static void evaluate(struct world *w) {
   CHECK_OK(kith_integrator_rates(&w->it));
 }
 
-/* By global id: nodes may be put in order. */
+/* Rates by global id, since nodes may be reordered. */
 struct rates {
   int n;
   double acceleration[MOST * NDIM], rate[MOST];
 };
 
-static void take(struct rates *r, const struct world *w) {
+static void store_rates(struct rates *r, const struct world *w) {
   memset(r, 0, sizeof *r);
   r->n = w->nodes->n_internal;
   for (int i = 0; i < r->n; ++i) {
@@ -101,21 +102,21 @@ static struct rates rates_of(const struct variant *v, const double *common) {
   for (int k = 0; common != NULL && k < w.nodes->n_internal * NDIM; ++k)
     w.hydro.velocity->f64[k] += common[k % NDIM];
   evaluate(&w);
-  take(&r, &w);
+  store_rates(&r, &w);
   destroy(&w, v, added);
   return r;
 }
 
-/* Round-off of sums, relative to the largest value. */
+/* Tolerances cover the round-off of sums, relative to the largest value. */
 static void compare(const struct rates *got, const struct rates *wanted, double tolerance) {
   CHECK_FIELD(got->acceleration, wanted->acceleration, wanted->n * NDIM, tolerance);
   CHECK_FIELD(got->rate, wanted->rate, wanted->n, tolerance);
 }
 
-/* ---- what is kept ---- */
+/* ---- conservation ---- */
 
-/* sum m a = 0, sum m (du/dt + v . a) = 0; kicks of any length and steps of any scheme keep energy. */
-static void check_kept(const struct variant *v, enum side side, const char *scheme) {
+/* sum m a = 0 and sum m (du/dt + v . a) = 0; steps of any scheme conserve energy. */
+static void check_conservation(const struct variant *v, enum side side, const char *scheme) {
   struct added added[ADDED];
   struct world w;
   create(&w, v, side, added);
@@ -141,9 +142,9 @@ static void check_kept(const struct variant *v, enum side side, const char *sche
   destroy(&w, v, added);
 }
 
-/* What it adds raises the entropy, sum m du/T > 0, where T = u. */
+/* What it adds raises the entropy: sum m du/T > 0, where T = u. */
 static void check_second_law(const struct variant *v) {
-  const struct variant alone = bare(v);
+  const struct variant alone = without_rates(v);
   struct added added[ADDED];
   struct world w;
   double entropy = 0;
@@ -155,9 +156,9 @@ static void check_second_law(const struct variant *v) {
   destroy(&w, v, added);
 }
 
-/* One velocity and temperature: bitwise the rates of the hydro package. */
-static void check_even(const struct variant *v) {
-  const struct variant alone = bare(v);
+/* With one velocity and temperature, rates are bitwise those of the hydro package. */
+static void check_uniform_gas(const struct variant *v) {
+  const struct variant alone = without_rates(v);
   const struct variant *const variant[] = {v, &alone};
   struct rates r[2];
   for (int k = 0; k < 2; ++k) {
@@ -169,13 +170,14 @@ static void check_even(const struct variant *v) {
       for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0.5 + a;
     }
     evaluate(&w);
-    take(&r[k], &w);
+    store_rates(&r[k], &w);
     destroy(&w, variant[k], added);
   }
   compare(&r[0], &r[1], 0);
 }
 
-/* What couples scales the forces, of which the hydro package has the most; sound nodes are as without it. */
+/* Coupling changes the forces of damaged nodes; if all nodes are sound, rates are bitwise those without
+ * it. */
 static void check_coupled(const struct variant *v) {
   const struct variant alone = {.hydro = v->hydro, .method = v->method};
   const struct rates damaged = rates_of(v, NULL), wanted = rates_of(&alone, NULL);
@@ -184,15 +186,15 @@ static void check_coupled(const struct variant *v) {
   struct rates sound;
   create_damaged(&w, v, PERIODIC, added, true);
   evaluate(&w);
-  take(&sound, &w);
+  store_rates(&sound, &w);
   destroy(&w, v, added);
   compare(&sound, &wanted, 0);
   CHECK(memcmp(damaged.acceleration, wanted.acceleration, sizeof wanted.acceleration) != 0);
 }
 
-/* ---- what nothing depends on ---- */
+/* ---- invariance ---- */
 
-/* The number of threads, bitwise, through whole steps. */
+/* After whole steps, nodes are bitwise identical for 1 and 2 threads. */
 static void check_threads(const struct variant *v) {
   const int threads = omp_get_max_threads();
   struct added added[2][ADDED];
@@ -212,7 +214,7 @@ static void check_threads(const struct variant *v) {
 
 /* ---- the time step ---- */
 
-/* The least over all nodes of each package's own, with its reason. */
+/* The limit is the least over all nodes and packages, and names the package. */
 static void check_limit(const struct variant *v) {
   struct added added[ADDED];
   struct world w;
@@ -220,7 +222,7 @@ static void check_limit(const struct variant *v) {
   evaluate(&w);
   const double alone = (w.package.next = NULL, kith_package_timestep_limit(&w.package, 0.3).dt);
   w.package.next = &added[0].package;
-  double *coefficient = added[0].settings; /* the first row of each: what diffuses is proportional to it */
+  double *coefficient = added[0].settings; /* the first settings of each: diffusion is proportional to them */
   coefficient[0] *= 1e3, coefficient[1] *= 1e3;
   double least = INFINITY;
   for (int i = 0; i < w.nodes->n_internal; ++i)
@@ -228,12 +230,12 @@ static void check_limit(const struct variant *v) {
   const struct kith_timestep_limit limit = kith_package_timestep_limit(&w.package, 0.3);
   CHECK(least < alone && limit.dt == least && limit.reason == added[0].package.ops->limit);
   CHECK(strcmp(kith_limit_name(limit.reason), added[0].package.ops->name) == 0);
-  coefficient[0] = coefficient[1] = 0; /* nothing diffuses, nothing limits */
+  coefficient[0] = coefficient[1] = 0; /* without diffusion there is no limit */
   CHECK(v->n > 1 || kith_package_timestep_limit(&w.package, 0.3).dt == alone);
   destroy(&w, v, added);
 }
 
-/* ---- all of it ---- */
+/* ---- all packages ---- */
 
 static void check_variant(struct variant v, int number) {
   static const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2", "verlet"};
@@ -241,10 +243,10 @@ static void check_variant(struct variant v, int number) {
   const int before = check_failures;
   const struct rates gather = rates_of(&v, NULL), moving = rates_of(&v, common);
   compare(&moving, &gather, 1e-10);
-  check_kept(&v, (enum side)(number % 3), schemes[number % 4]);
-  if (bare(&v).n < v.n) {
+  check_conservation(&v, (enum side)(number % 3), schemes[number % 4]);
+  if (without_rates(&v).n < v.n) {
     check_second_law(&v);
-    check_even(&v);
+    check_uniform_gas(&v);
     check_limit(&v);
   } else {
     check_coupled(&v);
@@ -252,9 +254,9 @@ static void check_variant(struct variant v, int number) {
   v.method.traversal = KITH_TRAVERSE_PAIRS;
   const struct rates pairs = rates_of(&v, NULL);
   compare(&pairs, &gather, 1e-13);
-  check_kept(&v, (enum side)((number + 1) % 3), schemes[(number + 1) % 4]);
+  check_conservation(&v, (enum side)((number + 1) % 3), schemes[(number + 1) % 4]);
   check_threads(&v);
-  struct variant other = v; /* the other way round */
+  struct variant other = v; /* in reverse order */
   for (int k = 0; k < v.n; ++k) other.member[k] = v.member[v.n - 1 - k];
   const struct rates reversed = rates_of(&other, NULL);
   compare(&reversed, &pairs, 1e-13);

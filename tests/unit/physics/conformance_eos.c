@@ -1,14 +1,15 @@
-/* Every equation of state of the family, for many values of its own parameters, against thermodynamics:
- * c^2 = dP/drho along an isentrope (which du = P / rho^2 drho defines), by differences; energy() is the
- * inverse of the pressure; gamma says how the bulk modulus grows along the isentrope; nothing
- * positive becomes negative. Then numbers by hand, and tables. */
+/* conformance_eos.c - every equation of state, for many values of its parameters, against thermodynamics: c^2
+ * = dP/drho along an isentrope (defined by du = P / rho^2 drho), by differences; energy() inverts the
+ * pressure; gamma is the growth of the bulk modulus along the isentrope; nothing positive becomes negative.
+ * Then values known by hand, and tables. */
 #include "tests/unit/materials.h"
 
 static void state(const struct kith_material *m, double density, double energy, double *pressure, double *c) {
   m->eos->state(m->settings, 1, &density, &energy, pressure, c);
 }
 
-/* u along the isentrope from (density, energy) to `to`, by one step of Runge and Kutta's fourth order. */
+/* u along the isentrope from (density, energy) to `to`, by one step of the classical Runge-Kutta method of
+ * fourth order. */
 static double isentrope(const struct kith_material *m, double density, double energy, double to) {
   const double d = to - density, rho[] = {density, density + d / 2, density + d / 2, to};
   double k[4], pressure, c;
@@ -19,7 +20,7 @@ static double isentrope(const struct kith_material *m, double density, double en
   return energy + d / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3]);
 }
 
-/* The part of the pressure that the energy gives: of a stiffened gas P + gamma P0, the largest term of P. */
+/* The part of the pressure that is due to energy; for a stiffened gas P + gamma P0, the largest term of P. */
 static double thermal_pressure(const struct kith_material *m, double density, double energy) {
   double once, twice, c;
   state(m, density, energy, &once, &c);
@@ -27,7 +28,7 @@ static double thermal_pressure(const struct kith_material *m, double density, do
   return fabs(twice - once);
 }
 
-/* In the range, and not torn. */
+/* Is the state in the range of the material, and not torn apart? */
 static bool covers(const struct kith_material *m, double density, double energy) {
   double p, c;
   state(m, density, energy, &p, &c);
@@ -43,20 +44,21 @@ static void check_isentrope(const struct kith_material *m) {
     const double energy = m->eos->energy(m->settings, density, 0.01 + 10 * check_random(&seed));
     const double gamma = kith_material_gamma(m, density, energy);
     if (!covers(m, density - d, energy) || !covers(m, 1.3 * density, energy) || gamma >= 20)
-      continue; /* off a pole, and from where all is too steep for differences */
+      continue; /* too near a pole, or too steep for differences */
     ++covered;
     state(m, density, energy, &p, &c);
     state(m, density + d, isentrope(m, density, energy, density + d), &p_above, &c_above);
     state(m, density - d, isentrope(m, density, energy, density - d), &p_below, &c_below);
     CHECK(gamma >= 1 && isfinite(gamma));
-    /* Truncation (d / rho)^2 times a cubic in gamma; cancellation 1e-16 / 1e-4 of the terms of P. */
+    /* Tolerance: truncation is (d / rho)^2 times a cubic in gamma; cancellation is 1e-16 / 1e-4 of the terms
+     * of P. */
     const double rounding =
         1e-10 * (thermal_pressure(m, density, energy) / density + fabs(p) / density + c * c);
     CHECK_CLOSE((p_above - p_below) / (2 * d), c * c,
                 (m->eos->power_law != NULL ? 2e-6 : 1e-4) * c * c + rounding);
-    /* rho c^2 = gamma P + a constant: d(rho c^2) = gamma dP */
+    /* rho c^2 = gamma P + constant, so d(rho c^2) = gamma dP. */
     const double modulus = (density + d) * c_above * c_above - (density - d) * c_below * c_below;
-    if (gamma > 1) /* the ends of its range, where differences say less or more */
+    if (gamma > 1) /* not at the ends of its range, where differences are one-sided */
       CHECK_CLOSE(modulus / (2 * d), gamma * c * c, 1e-5 * c * c * gamma + gamma * rounding);
     if (m->eos->power_law == NULL) continue;
     const struct kith_power_law law = m->eos->power_law(m->settings);
@@ -66,7 +68,7 @@ static void check_isentrope(const struct kith_material *m) {
   CHECK(covered >= 20);
 }
 
-/* The pressure that energy() is made for comes back, unless the energy has no effect on it. */
+/* energy() returns the energy of the wanted pressure, unless energy has no effect on the pressure. */
 static void check_inverse(const struct kith_material *m) {
   for (double density = 1e-3; density < 2e3; density *= 10) {
     double cold, hot, c;
@@ -80,11 +82,10 @@ static void check_inverse(const struct kith_material *m) {
       if (hot > cold) CHECK_CLOSE(pressure, wanted, 4e-15 * (wanted + thermal_pressure(m, density, energy)));
       CHECK(c >= 0 && isfinite(c) && isfinite(energy) && (energy >= 0 || !m->eos->energy_positive));
     }
-    for (double energy = 1e-3; energy < 2e3;
-         energy *= 10) { /* positive energy, positive pressure and speed */
+    /* positive energy: positive pressure and sound speed, or tension, which only condensed materials bear */
+    for (double energy = 1e-3; energy < 2e3; energy *= 10) {
       state(m, density, energy, &hot, &c);
-      CHECK(c > 0 || hot < 0 ||
-            !covers(m, density, energy)); /* tension, which only a condensed material bears */
+      CHECK(c > 0 || hot < 0 || !covers(m, density, energy));
       if (hot < 0) {
         struct kith_material gas = *m;
         gas.cut = true;
@@ -92,12 +93,12 @@ static void check_inverse(const struct kith_material *m) {
         CHECK(hot == 0 && c == 0 && kith_material_outside(&gas, density, energy, hot, c) == NULL);
       }
     }
-    state(m, density, -1e6, &cold, &c); /* out of the physical range, but a number */
+    state(m, density, -1e6, &cold, &c); /* outside of the physical range, but finite */
     CHECK(isfinite(cold) && c >= 0);
   }
 }
 
-/* n nodes at once are n times one, and none is none. */
+/* A call for n nodes is bitwise equal to n calls for one; 0 nodes are allowed. */
 static void check_arrays(const struct kith_material *m) {
   enum { N = 1000 };
   static double density[N], energy[N], pressure[N], c[N];
@@ -114,7 +115,7 @@ static void check_arrays(const struct kith_material *m) {
 
 /* --- tables --- */
 
-static char table_file[64]; /* of this process: dimensions are tested at a time */
+static char table_file[64]; /* one file for each dimension, since their tests may run at the same time */
 
 static void write_file(const char *text) {
   FILE *file = fopen(table_file, "w");
@@ -132,7 +133,7 @@ static kith_status load_table(struct kith_material *table) {
   return status;
 }
 
-/* Of `m`, at n densities and energies between these, some closer together than others. */
+/* Writes and loads a table of `m` at n densities and energies between these, with unequal spacing. */
 static struct kith_material table_of(const struct kith_material *m, int n, double rho0, double rho1,
                                      double u0, double u1) {
   FILE *file = fopen(table_file, "w");
@@ -153,7 +154,7 @@ static struct kith_material table_of(const struct kith_material *m, int n, doubl
   return table;
 }
 
-/* The largest errors of P and c over the table, relative to the largest of each. */
+/* The largest errors of P and c over the table, relative to the largest values. */
 static void table_errors(const struct kith_material *m, int n, double *of_p, double *of_c) {
   struct kith_material table = table_of(m, n, 0.8, 1.6, 0, 2);
   uint64_t seed = 9;
@@ -172,7 +173,7 @@ static void table_errors(const struct kith_material *m, int n, double *of_p, dou
   kith_free(&table.settings);
 }
 
-static void refuse(const char *text, const char *line, const char *value) {
+static void check_refused_table(const char *text, const char *line, const char *value) {
   struct kith_material table;
   write_file(text);
   CHECK_STATUS(KITH_BAD_INPUT, load_table(&table));
@@ -186,13 +187,14 @@ static void check_tables(void) {
                              gas = material_of("stiffened", "gamma=3 stiffness=0.1");
   double p[3], c[3];
   for (int k = 0; k < 3; ++k) table_errors(&solid, 10 << k, &p[k], &c[k]);
-  CHECK(p[2] < 1e-4 && p[0] / p[1] > 4 && p[1] / p[2] > 4 &&
-        c[1] / c[2] > 1.8);            /* kinks at the edges and at rho0 */
-  table_errors(&gas, 4, &p[0], &c[0]); /* linear in density and energy */
+  /* second order for P; c has kinks at the edges and at rho0 */
+  CHECK(p[2] < 1e-4 && p[0] / p[1] > 4 && p[1] / p[2] > 4 && c[1] / c[2] > 1.8);
+  table_errors(&gas, 4, &p[0], &c[0]); /* linear in density and energy, so exact */
   CHECK(p[0] < 1e-14 && c[0] < 1e-13);
   struct kith_material table = table_of(&solid, 60, 0.01, 1.9, 0, 20);
   check_isentrope(&table), check_arrays(&table);
-  const double density[] = {0.02, 2, 1, 1}, energy[] = {1, 1, 21, -1}; /* outside: numbers, and a reason */
+  /* outside: finite values, and a reason */
+  const double density[] = {0.02, 2, 1, 1}, energy[] = {1, 1, 21, -1};
   for (int k = 0; k < 4; ++k) {
     state(&table, density[k], energy[k], p, c);
     CHECK(isfinite(p[0]) && c[0] >= 0);
@@ -200,25 +202,25 @@ static void check_tables(void) {
     CHECK(k == 0 ? reason == NULL : reason != NULL && strstr(reason, k == 1 ? "density" : "energy") != NULL);
   }
   kith_free(&table.settings);
-  refuse("1 2\n0 1\n1 2\n# comment\n2 0.5\n", ":5:", "0.5"); /* along the energy */
-  refuse("1 2\n0 1\n1 2\n0.7 3\n", ":4:", "0.7");            /* along the density */
-  refuse("1 1\n0 1\n1 2\n2 3\n", ":1:", "density 1");
-  refuse("1 2\n0 -1\n1 2\n2 3\n", ":2:", "energy -1");
-  refuse("0 2\n0 1\n1 2\n2 3\n", "", "density 0");
-  refuse("1 2\n0 1\n1 x\n2 3\n", ":3:", "'x'");
-  refuse("1 2\n0 1\n1 nan\n2 3\n", ":3:", "nan");
-  refuse("1 2\n0 1\n1 2 3\n2 3\n", ":3:", "3 numbers");
-  refuse("1 2\n0 1\n1 2\n", ":3:", "0 numbers");
-  refuse("", ":0:", "0 numbers");
+  check_refused_table("1 2\n0 1\n1 2\n# comment\n2 0.5\n", ":5:", "0.5"); /* falls along the energy */
+  check_refused_table("1 2\n0 1\n1 2\n0.7 3\n", ":4:", "0.7");            /* falls along the density */
+  check_refused_table("1 1\n0 1\n1 2\n2 3\n", ":1:", "density 1");
+  check_refused_table("1 2\n0 -1\n1 2\n2 3\n", ":2:", "energy -1");
+  check_refused_table("0 2\n0 1\n1 2\n2 3\n", "", "density 0");
+  check_refused_table("1 2\n0 1\n1 x\n2 3\n", ":3:", "'x'");
+  check_refused_table("1 2\n0 1\n1 nan\n2 3\n", ":3:", "nan");
+  check_refused_table("1 2\n0 1\n1 2 3\n2 3\n", ":3:", "3 numbers");
+  check_refused_table("1 2\n0 1\n1 2\n", ":3:", "0 numbers");
+  check_refused_table("", ":0:", "0 numbers");
   CHECK(remove(table_file) == 0);
   CHECK_STATUS(KITH_BAD_INPUT, load_table(&table));
   CHECK(strstr(kith_failure(), table_file) != NULL);
 }
 
-/* All values of a list that are in the range of a parameter, of each parameter in turn. */
+/* Sets each parameter in turn to all values of a list that its range allows. */
 static void conform(const struct kith_eos_ops *eos) {
   CHECK(kith_eos_find(eos->name) == eos && eos->doc != NULL && eos->doc[0] != '\0');
-  if (eos->load != NULL) return; /* below */
+  if (eos->load != NULL) return; /* see check_tables */
   static const char *const values[] = {"0", "0.5", "1.0001", "1.4", "1.6666666666666667", "4.4", "6", "100"};
   struct kith_material m = material_of(eos->name, NULL);
   int tried = 0;
@@ -230,7 +232,7 @@ static void conform(const struct kith_eos_ops *eos) {
       snprintf(assignment, sizeof assignment, "%s=%s", p->key, values[k]);
       m = material_of(eos->name, assignment);
       CHECK(material_value(&m, p->key) == value);
-      if (value < 50) /* exponents: beyond, differences tell nothing */
+      if (value < 50) /* exponents above 50 are too steep for differences */
         check_isentrope(&m), check_inverse(&m);
       check_arrays(&m), ++tried;
     }
@@ -238,7 +240,7 @@ static void conform(const struct kith_eos_ops *eos) {
   CHECK(eos->params == NULL || tried >= 3);
 }
 
-/* Numbers by hand. */
+/* Values known by hand. */
 static void check_values(void) {
   const struct kith_material ideal = material_of("ideal", "gamma=1.5"),
                              isothermal = material_of("isothermal", "sound_speed=2"),
@@ -256,7 +258,7 @@ static void check_values(void) {
   stiffened.eos->state(stiffened.settings, 3, density, energy, pressure, c);
   CHECK_CLOSE(pressure[0], 1.5, 1e-14);
   CHECK_CLOSE(c[0], sqrt(1.5 * 4.5 / 2), 1e-14);
-  CHECK_CLOSE(pressure[1], -4.5, 1e-14); /* tension: P + P0 < 0, and c^2 < 0 */
+  CHECK_CLOSE(pressure[1], -4.5, 1e-14); /* tension: P + P0 < 0 and c^2 < 0 */
   CHECK(c[1] == 0);
   CHECK(kith_material_outside(&stiffened, 4, 0, pressure[1], c[1]) != NULL);
   CHECK(kith_eos_find("none") == NULL && kith_eos_find("") == NULL);
@@ -265,14 +267,14 @@ static void check_values(void) {
   CHECK(pressure[0] == 0.5 && c[0] == 3);
   CHECK_CLOSE(pressure[1], 0.5 + 2 * 9 / 7. * 127, 1e-12);
   CHECK_CLOSE(c[1], 3 * 8, 1e-13);
-  /* Copper: shocks of 3.94 + 1.489 u, whatever their strength. */
+  /* Copper: shocks move at 3.94 + 1.489 u, whatever their strength. */
   const struct kith_material copper =
       material_of("mie-grueneisen", "density=8.93 sound_speed=3.94 slope=1.489 gamma=1.99");
   for (double u = 0.01; u < 10; u *= 2) {
     const double shock = 3.94 + 1.489 * u;
     state(&copper, 8.93 * shock / (shock - u), 0.5 * u * u, pressure, c);
     CHECK_CLOSE(pressure[0], 8.93 * shock * u, 1e-13 * pressure[0]);
-    CHECK(c[0] > shock - u); /* subsonic behind */
+    CHECK(c[0] > shock - u); /* subsonic behind the shock */
   }
   CHECK_CLOSE(kith_material_gamma(&copper, 8.93 * 1.001, 0), 4 * 1.489 - 1, 0.03); /* of a weak shock */
   CHECK(strstr(kith_material_outside(&copper, 8.93 * 3.1, 0, 1, 1), "compressed") != NULL);

@@ -1,13 +1,16 @@
-/* Conformance of the family of packages: every package of the list, with its default settings and with every
- * choice of its parameter table, keeps what the equations of motion keep, and does not depend on how the
- * nodes are numbered, evaluated or imaged. New members and choices are covered. */
+/* conformance_package.c - every package, with its default settings and with every choice of its parameters:
+ * momentum and energy are conserved to round-off, and rates do not depend on the order of nodes, the
+ * traversal, the threads, the frame of reference or on whether neighbors are nodes or ghosts. New members and
+ * choices are covered without changes here. The oracles are these invariances; the equations of each package
+ * are tested by its own tests. */
 #include <omp.h>
 #include "tests/unit/physics/sph_world.h"
 
-/* Divisible by 3, for three lists of a third each; thinner than the supports along one axis. */
+/* The number of nodes is divisible by 3, for three equal lists; the box is thinner than the supports along
+ * one axis. */
 static const int box[3] = {NDIM == 1 ? 15 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 3};
 
-/* A package with settings, and how it is run. */
+/* A package with settings, and how it is evaluated. */
 struct variant {
   const char *package, *settings;
   struct method method;
@@ -19,20 +22,20 @@ static void create(struct world *w, const struct variant *v, const int *cells, e
   world_package(w, v->package, &v->method, v->settings);
 }
 
-/* Rates of all nodes, the support first. Kicks start from the present velocity. */
+/* Evaluates rates, after the supports. Kicks start from the present velocity. */
 static void evaluate(struct world *w) {
   world_base(w);
   CHECK_OK(kith_integrator_rates(&w->it));
 }
 
-/* What a package gives, by global id. */
+/* The results of a package, by global id. */
 struct rates {
   int n;
   uint64_t evaluations;
   double acceleration[MOST * NDIM], rate[MOST], signal[MOST], density[MOST];
 };
 
-static void take(struct rates *r, const struct world *w) {
+static void store_rates(struct rates *r, const struct world *w) {
   memset(r, 0, sizeof *r);
   r->n = w->nodes->n_internal;
   r->evaluations = w->package.pair_evaluations;
@@ -45,7 +48,7 @@ static void take(struct rates *r, const struct world *w) {
   }
 }
 
-/* Round-off of sums in another order: relative to the largest value. */
+/* Sums in another order, relative to the largest value. */
 static const double round_off = 1e-10;
 
 static void compare(const char *what, double tolerance, const struct variant *v, const struct rates *got,
@@ -62,28 +65,28 @@ static void compare(const char *what, double tolerance, const struct variant *v,
             v->method.compatible ? "compatible" : "thermal");
 }
 
-/* The rates of the box that all others are compared with. */
+/* Rates of the box that all others are compared with. */
 static struct rates rates_of(const struct variant *v) {
   struct world w;
   struct rates r;
   create(&w, v, box, PERIODIC, 0.3);
   evaluate(&w);
-  take(&r, &w);
+  store_rates(&r, &w);
   world_destroy(&w);
   return r;
 }
 
-/* --- what is kept --- */
+/* --- conservation --- */
 
 static double mechanical_energy(const struct world *w) {
   const struct kith_totals t = kith_hydro_totals(&w->hydro);
   return t.kinetic + t.internal;
 }
 
-/* sum m a = 0 and sum m (du/dt + v . a) = 0. With `gather` each end evaluates the pair for itself, so this is
- * the symmetry of the pair function under exchange of i and j: -f, q_j, q_i. Then kicks of any length keep
- * sum m (v^2 / 2 + u), compatible energies to round-off. */
-static void check_kept(const struct variant *v, enum side side) {
+/* sum m a = 0 and sum m (du/dt + v . a) = 0. With `gather` each end evaluates the pair by itself, so that
+ * this tests the symmetry of the pair function under exchange of i and j: -f, q_j, q_i. Compatible energies
+ * also keep sum m (v^2 / 2 + u) in kicks of any length. */
+static void check_conservation(const struct variant *v, enum side side) {
   struct world w;
   create(&w, v, box, side, 0.3);
   evaluate(&w);
@@ -107,7 +110,7 @@ static void check_kept(const struct variant *v, enum side side) {
   world_destroy(&w);
 }
 
-/* Whole steps of a scheme keep compatible energies and momentum. */
+/* With compatible energies, steps of a scheme conserve energy and momentum. */
 static void check_steps(const struct variant *v, const char *scheme, enum side side) {
   struct world w;
   create(&w, v, box, side, 0.2);
@@ -124,9 +127,9 @@ static void check_steps(const struct variant *v, const char *scheme, enum side s
   world_destroy(&w);
 }
 
-/* --- what nothing depends on --- */
+/* --- invariance --- */
 
-/* A common velocity. */
+/* A common velocity changes nothing. */
 static void check_galilean(const struct variant *v, const struct rates *wanted) {
   const double common[3] = {3, -2, 1};
   struct world w;
@@ -135,12 +138,12 @@ static void check_galilean(const struct variant *v, const struct rates *wanted) 
   for (int i = 0; i < w.nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] += common[a];
   evaluate(&w);
-  take(&r, &w);
+  store_rates(&r, &w);
   compare("Galilean invariance", round_off, v, &r, wanted);
   world_destroy(&w);
 }
 
-/* The order of the nodes: reversed within each list, so that pairs start at the other end. */
+/* Nodes in reverse order within each list, so that pairs start at the other end. */
 static void check_permutation(const struct variant *v, const struct rates *wanted) {
   struct world w, from;
   struct rates r;
@@ -157,13 +160,13 @@ static void check_permutation(const struct variant *v, const struct rates *wante
     }
   }
   evaluate(&w);
-  take(&r, &w);
+  store_rates(&r, &w);
   compare("permutation", round_off, v, &r, wanted);
   world_destroy(&from);
   world_destroy(&w);
 }
 
-/* The number of threads, bitwise, through whole steps. */
+/* After whole steps, nodes are bitwise identical for 1 and 2 threads. */
 static void check_threads(const struct variant *v) {
   const int threads = omp_get_max_threads();
   struct world w[2];
@@ -181,8 +184,8 @@ static void check_threads(const struct variant *v) {
   for (int k = 0; k < 2; ++k) world_destroy(&w[k]);
 }
 
-/* Ghosts: a periodic box is half of one that is twice as long, and a reflecting one half of a periodic one
- * with its mirror image. */
+/* A periodic box has the rates of a half of a box twice as long, and a reflecting box those of a half of a
+ * periodic box that also holds its mirror image. */
 static void check_doubled(const struct variant *v, enum side side) {
   const int twice[3] = {2 * box[0], box[1], box[2]};
   struct world w, d;
@@ -190,8 +193,8 @@ static void check_doubled(const struct variant *v, enum side side) {
   create(&w, v, box, side, 0.3);
   create(&d, v, twice, PERIODIC, 0.3);
   const int n = w.nodes->n_internal;
-  CHECK(n % 3 == 0 &&
-        d.nodes->n_internal == 2 * n); /* nodes 2 i and 2 i + 1 of d are images of node i of w */
+  /* nodes 2 i and 2 i + 1 of d are images of node i of w */
+  CHECK(n % 3 == 0 && d.nodes->n_internal == 2 * n);
   for (int k = 0; k < 2 * n; ++k) {
     const int i = k / 2, image = k % 2;
     d.hydro.mass->f64[k] = w.hydro.mass->f64[i], d.hydro.energy->f64[k] = w.hydro.energy->f64[i];
@@ -207,17 +210,18 @@ static void check_doubled(const struct variant *v, enum side side) {
   }
   evaluate(&w);
   evaluate(&d);
-  take(&one, &w);
-  take(&two, &d);
-  two.n = n; /* the first half; ids of w are those of its nodes */
+  store_rates(&one, &w);
+  store_rates(&two, &d);
+  two.n = n; /* the first half, with the ids of w */
   compare(side == PERIODIC ? "doubled box" : "mirrored box", round_off, v, &two, &one);
   world_destroy(&d);
   world_destroy(&w);
 }
 
-/* --- the smallest worlds --- */
+/* --- the smallest boxes --- */
 
-/* No node; one without neighbors, which has no support; one among its own images, which nothing moves. */
+/* Without nodes; a node without neighbors, which has no support; a node among its own images, on which no
+ * force acts. */
 static void check_few(const struct variant *v) {
   const int none[3] = {0, 1, 1}, one[3] = {1, 1, 1};
   struct world w;
@@ -236,7 +240,8 @@ static void check_few(const struct variant *v) {
   world_destroy(&w);
 }
 
-/* The same nodes of one material in one list or another, the other lists empty: bitwise the same. */
+/* Nodes of one material have bitwise identical rates in whichever list they are, while the others are
+ * empty. */
 static void check_empty_lists(const struct variant *v) {
   struct rates r[3];
   int n = 1;
@@ -248,7 +253,7 @@ static void check_empty_lists(const struct variant *v) {
     world_package(&w, v->package, &v->method, v->settings);
     for (int k = 0; k < 3; ++k) w.hydro.material[k] = material_of("ideal", "gamma=1.4");
     evaluate(&w);
-    take(&r[l], &w);
+    store_rates(&r[l], &w);
     world_destroy(&w);
   }
   CHECK(memcmp(&r[0], &r[1], sizeof r[0]) == 0 && memcmp(&r[0], &r[2], sizeof r[0]) == 0);
@@ -256,8 +261,8 @@ static void check_empty_lists(const struct variant *v) {
 
 /* --- consistency --- */
 
-/* A long wave of pressure on a lattice: dv/dt is -grad P / rho, and in a long wave of velocity du/dt is
- * -P div v / rho, both but for what smoothing over a support takes away. */
+/* Long waves on a lattice: dv/dt is -grad P / rho, and du/dt is -P div v / rho, except for the smoothing over
+ * a support. */
 static void check_wave(const struct variant *v) {
   const int cells[3] = {24, NDIM == 2 ? 6 : 2, 2};
   const double k = 2 * M_PI / cells[0];
@@ -282,7 +287,7 @@ static void check_wave(const struct variant *v) {
   world_destroy(&w);
 }
 
-/* --- all of it --- */
+/* --- all variants --- */
 
 static void check_variant(const char *package, const char *settings, int number) {
   static const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2", "verlet"};
@@ -290,30 +295,31 @@ static void check_variant(const char *package, const char *settings, int number)
   struct variant v = {
       package, settings, {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0}};
   const struct rates gather = rates_of(&v);
-  check_kept(&v, (enum side)((number + 1) % 3));
-  check_kept(&v, PERIODIC);
+  check_conservation(&v, (enum side)((number + 1) % 3));
+  check_conservation(&v, PERIODIC);
   check_threads(&v);
   v.method.compatible = false;
-  check_kept(&v, PERIODIC);
+  check_conservation(&v, PERIODIC);
   check_wave(&v);
   v.method.compatible = true, v.method.traversal = KITH_TRAVERSE_PAIRS;
   const struct rates pairs = rates_of(&v);
   compare("traversals", 1e-13, &v, &pairs, &gather);
   CHECK(pairs.evaluations < gather.evaluations); /* pairs are evaluated once */
-  check_kept(&v, (enum side)(number % 3));
+  check_conservation(&v, (enum side)(number % 3));
   check_threads(&v);
   check_steps(&v, schemes[number % 4], (enum side)((number + 2) % 3));
   check_steps(&v, schemes[(number + 1) % 4], PERIODIC);
   check_galilean(&v, &pairs);
   check_permutation(&v, &pairs);
   check_doubled(&v, PERIODIC);
-  if (NDIM == 1) check_doubled(&v, REFLECTING); /* walls across all axes: oracles of each package */
+  if (NDIM == 1) check_doubled(&v, REFLECTING); /* oracles of single packages reflect along all axes */
   check_few(&v);
   check_empty_lists(&v);
   if (check_failures > before) fprintf(stderr, "package %s, settings '%s'\n", package, settings);
 }
 
-/* Every choice of every row: one at a time, on top of the defaults; `all`: the last choice of each. */
+/* Every choice of every parameter, one at a time, with defaults for the others; `all`: the last choice of
+ * each. */
 static void check_choices(const char *package, const char *prefix, const struct kith_param *params,
                           int *number, char *all, size_t size) {
   char text[256], choice[64];
@@ -344,7 +350,7 @@ int main(void) {
   for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
     int number = 1;
     char all[512] = "";
-    CHECK((*p)->cfl > 0 && (*p)->cfl <= 1 && (*p)->spacings >= 0); /* its defaults */
+    CHECK((*p)->cfl > 0 && (*p)->cfl <= 1 && (*p)->spacings >= 0); /* defaults are in range */
     check_variant((*p)->name, "", 0);
     check_choices((*p)->name, "", (*p)->params, &number, all, sizeof all);
     if (number > 2) check_variant((*p)->name, all, number);

@@ -1,6 +1,6 @@
-/* kernel_oracle.h - kernels from other definitions than the library's: B-splines by de Boor's recurrence,
- * Wendland functions by the integral operator I f(r) = int_r^1 t f(t) dt that makes them, constants by
- * quadrature, ideal lattices by their basis vectors. */
+/* kernel_oracle.h - the oracle for kernels, from other definitions than those of the library: B-splines by de
+ * Boor's recurrence, Wendland functions by their integral operator I f(r) = int_r^1 t f(t) dt, constants by
+ * quadrature, ideal lattices from their basis vectors. */
 #ifndef KITH_TEST_PHYSICS_KERNEL_ORACLE_H
 #define KITH_TEST_PHYSICS_KERNEL_ORACLE_H
 
@@ -8,9 +8,9 @@
 #include <math.h>
 #include "physics/kernel.h"
 
-/* M_n(x), the cardinal B-spline of order n, centered, by M_n from M_(n - 1). */
+/* M_n(x), the centered cardinal B-spline of order n, from M_(n - 1). */
 static inline double oracle_bspline(int n, double x) {
-  if (x < -0.5 * n || x >= 0.5 * n) return 0; /* half open: each point lies in one interval of order 1 */
+  if (x < -0.5 * n || x >= 0.5 * n) return 0; /* half open: each point is in one interval of order 1 */
   if (n == 1) return 1;
   return ((0.5 * n + x) * oracle_bspline(n - 1, x + 0.5) + (0.5 * n - x) * oracle_bspline(n - 1, x - 0.5)) /
          (n - 1);
@@ -18,7 +18,7 @@ static inline double oracle_bspline(int n, double x) {
 
 enum { ORACLE_TERMS = 16 };
 struct oracle_kernel {
-  int order;                                    /* of the B-spline, 0: Wendland */
+  int order;                                    /* of the B-spline; 0: Wendland */
   long double w[ORACLE_TERMS], g[ORACLE_TERMS]; /* Wendland: coefficients of w and of w' / q */
   double unit;             /* B-spline: w = unit M_n(n q / 2) is (1 - q)^(n - 1) close to q = 1 */
   double constant, spread; /* C, H / (2 sigma) */
@@ -42,7 +42,7 @@ static inline double oracle_w(const struct oracle_kernel *k, double q) {
   return k->order > 0 ? k->unit * oracle_bspline(k->order, 0.5 * k->order * q) : oracle_polynomial(k->w, q);
 }
 
-/* w'(q) / q; 0 at q = 0, where it only ever meets a separation of 0. */
+/* Returns w'(q) / q; 0 at q = 0, where it is only multiplied by a separation of 0. */
 static inline double oracle_g(const struct oracle_kernel *k, double q) {
   if (q >= 1 || q == 0) return 0;
   if (k->order == 0) return oracle_polynomial(k->g, q);
@@ -51,13 +51,13 @@ static inline double oracle_g(const struct oracle_kernel *k, double q) {
          (oracle_bspline(k->order - 1, x + 0.5) - oracle_bspline(k->order - 1, x - 0.5));
 }
 
-/* Area of the unit sphere. */
+/* The surface of the unit sphere. */
 static inline double oracle_sphere(void) {
   return NDIM == 1 ? 2 : NDIM == 2 ? 2 * M_PI : 4 * M_PI;
 }
 
-/* Integral of f(q) q^power over [0, 1], Gauss-Legendre on 30 pieces: all knots (1/2, 3/5, 1/5, 2/3, 1/3) lie
- * between pieces, so that it is exact for the polynomials in them. */
+/* Integral of f(q) q^power over [0, 1] by Gauss-Legendre quadrature on 30 pieces. All knots (1/2, 3/5, 1/5,
+ * 2/3, 1/3) are between pieces, so that it is exact for the polynomials of the kernels. */
 static inline double oracle_quadrature(double (*f)(const void *context, double q), const void *context,
                                        int power) {
   gsl_integration_glfixed_table *table = gsl_integration_glfixed_table_alloc(10);
@@ -77,7 +77,7 @@ static inline double oracle_w_of(const void *kernel, double q) {
 
 static inline struct oracle_kernel oracle_kernel(enum kith_kernel kernel) {
   struct oracle_kernel k = {0};
-  const int smoothness = (int)kernel - KITH_KERNEL_wendland_c2 + 1; /* of C2, C4, C6: 1, 2, 3 */
+  const int smoothness = (int)kernel - KITH_KERNEL_wendland_c2 + 1; /* 1, 2, 3 for C2, C4, C6 */
   if (smoothness < 1) {
     k.order = (int)kernel - KITH_KERNEL_cubic + 4;
     k.unit = 1;
@@ -101,12 +101,12 @@ static inline struct oracle_kernel oracle_kernel(enum kith_kernel kernel) {
   return k;
 }
 
-/* Volume of the unit ball. */
+/* The volume of the unit ball. */
 static inline double oracle_ball(void) {
   return oracle_sphere() / NDIM;
 }
 
-/* sum w over the other nodes of the ideal lattice with one node per unit volume: line, triangular,
+/* Sum of w over the other nodes of the ideal lattice with one node per unit volume: line, triangular,
  * face-centered cubic. */
 static inline double oracle_lattice_others(const struct oracle_kernel *k, double support) {
   const double basis[3][3][3] = {

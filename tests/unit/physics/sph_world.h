@@ -1,10 +1,10 @@
-/* sph_world.h - a small world to test package sph in, and slow sums over it from the equations alone: every
- * node with every image of every node, the images enumerated here. No search, no rows, no ghosts, no kernel
- * of the library.
+/* sph_world.h - for tests of packages: a "world" of up to 160 nodes of three materials, and the oracle
+ * ("truth"), which evaluates the equations of package sph directly: slow sums over every node with every
+ * image of every node, enumerated here. It uses no search, rows, ghosts or kernels of the library.
  *
- *   n_i = sum_j W(r_ij, H_i), ball H_i^d n_i = neighbors, rho_i = sum_j m_j W(r_ij, H_i), the node itself
- * with its self weight drho_i = sum_j (m_j - X_i) dW_ij when nodes move and H follows, X = (H / (d n))
- * drho/dH / Omega, Omega = 1 + (H / (d n)) dn/dH */
+ *   n_i = sum_j W(r_ij, H_i), ball H_i^d n_i = neighbors, rho_i = sum_j m_j W(r_ij, H_i), where the node
+ *   itself has its self weight; if nodes move and H follows, drho_i = sum_j (m_j - X_i) dW_ij, where
+ *   X = (H / (d n)) drho/dH / Omega, Omega = 1 + (H / (d n)) dn/dH */
 #ifndef KITH_TEST_PHYSICS_SPH_WORLD_H
 #define KITH_TEST_PHYSICS_SPH_WORLD_H
 
@@ -32,15 +32,15 @@ struct world {
   struct kith_nodes *nodes;
   struct kith_hydro hydro;
   struct kith_package package;
-  void *settings;                           /* of the package */
-  struct kith_viscosity_settings viscosity; /* as they were made */
+  void *settings;                           /* settings of the package */
+  struct kith_viscosity_settings viscosity; /* the values that `settings` was created with */
   struct kith_boundaries boundaries;
   struct kith_search *search;
   struct kith_connectivity *connectivity;
   struct kith_rebuilds rebuilds;
   struct kith_integrator it;
   enum side side;
-  double length[NDIM]; /* the box is 0 .. length */
+  double length[NDIM]; /* the box is from 0 to length */
   struct oracle_kernel kernel;
 };
 
@@ -57,7 +57,7 @@ static inline void world_destroy(struct world *w) {
   kith_nodes_destroy(&w->nodes);
 }
 
-/* Gives the world the package `name`, with "key=value" settings. */
+/* Replaces the package of the world by `name`, with "key=value" settings. */
 static inline void world_package(struct world *w, const char *name, const struct method *m,
                                  const char *assignments) {
   kith_package_clear(&w->package);
@@ -73,7 +73,7 @@ static inline void world_package(struct world *w, const char *name, const struct
   CHECK_OK(kith_package_init(&w->package));
 }
 
-/* The same of a package with viscosity. */
+/* Does so for a package with viscosity, whose settings come from the method. */
 static inline void world_viscous(struct world *w, const char *name, const struct method *m) {
   static const char *const names[] = {
 #define X(constant, word, doc) #word,
@@ -113,9 +113,9 @@ static inline void world_objects(struct world *w, const struct method *m) {
                                  w->length[a], true, true));
 }
 
-/* cells[a] nodes along axis a, one in each cube of side 1, off its middle by `jitter` at most; three lists of
- * different materials with `counts` nodes each; masses 1 to 8, energies 1 to 2, velocities within 1. Nodes
- * are dealt to the cells so that lists and masses mix. */
+/* Creates cells[a] nodes along axis a, one in each unit cube, at most `jitter` off its center along each
+ * axis; in three lists of different materials with `counts` nodes each; masses 1 to 8, energies 1 to 2,
+ * velocities within 1. Lists and masses are spread over the box. */
 static inline void world_create_lists(struct world *w, const int *cells, const int *counts, enum side side,
                                       double jitter, const struct method *m, uint64_t seed) {
   static const char *const names[] = {"gas", "cold", "water"};
@@ -131,7 +131,7 @@ static inline void world_create_lists(struct world *w, const int *cells, const i
   for (int l = 0; l < 3; ++l) CHECK_OK(kith_nodes_append(w->nodes, l, counts[l], NULL));
   const int n = w->nodes->n_internal;
   for (int i = 0; i < n; ++i) {
-    int cell = i * 7919 % n; /* a prime: every cell once */
+    int cell = i * 7919 % n; /* 7919 is prime, so each cell is used once */
     for (int a = 0; a < NDIM; cell /= cells[a], ++a) {
       w->nodes->position->f64[i * NDIM + a] = cell % cells[a] + 0.5 + jitter * (2 * check_random(&seed) - 1);
       w->hydro.velocity->f64[i * NDIM + a] = 2 * check_random(&seed) - 1;
@@ -152,7 +152,7 @@ static inline void world_create(struct world *w, const int *cells, enum side sid
   world_create_lists(w, cells, counts, side, jitter, m, seed);
 }
 
-/* New lists, then rates, with supports and velocities as they are. */
+/* Rebuilds neighbor lists and evaluates rates, with the present supports and velocities. */
 static inline kith_status world_evaluate(struct world *w) {
   w->nodes->positions += 1;
   CHECK_OK(kith_lifecycle(&w->it, KITH_BECAUSE_requested));
@@ -163,10 +163,10 @@ static inline void world_base(struct world *w) {
   kith_field_copy(w->nodes, w->it.kick.velocity_base, w->hydro.velocity);
 }
 
-/* ---- the sums ---- */
+/* ---- the oracle ---- */
 
-/* Image `image` of node `node`: separation x = x_i - x_image, distance, and what its vectors are multiplied
- * with. */
+/* An image of `node`: its separation x = x_i - x_image, its distance, and the signs of its vector
+ * components. */
 struct partner {
   int node;
   bool itself; /* an image of i */
@@ -183,7 +183,8 @@ static inline double image_of(const struct world *w, int a, double x, int image)
   return moved + image * w->length[a];
 }
 
-/* All partners within `range` of every node. Grows what `p` has; free p->partner. */
+/* Lists all partners within `range` of every node. Uses the memory of `p` again; the caller frees
+ * p->partner. */
 static inline void partners_find(struct partners *p, const struct world *w, double range) {
   const double *x = w->nodes->position->f64;
   const int n = w->nodes->n_internal;
@@ -216,12 +217,12 @@ static inline void partners_find(struct partners *p, const struct world *w, doub
   p->first[n] = count;
 }
 
-/* What the equations give, for internal nodes. */
+/* What the equations yield for internal nodes. */
 struct truth {
   double support[MOST], number[MOST], density[MOST], omega[MOST], grad_h_term[MOST], pressure[MOST],
       sound[MOST];
   double gradient[MOST][NDIM][NDIM], acceleration[MOST][NDIM], rate[MOST], correction[MOST], signal[MOST];
-  double self; /* weight */
+  double self; /* the self weight */
   struct partners partners;
 };
 
@@ -238,7 +239,7 @@ static inline double truth_sum(const struct world *w, const struct truth *t, int
   return sum;
 }
 
-/* The root to round-off, by Newton inside of a bracket. -1: beyond `range`. */
+/* Finds the support to round-off, by Newton's method within a bracket; returns -1 if it is beyond `range`. */
 static inline double truth_root(const struct world *w, const struct truth *t, int i, double range) {
   const double wanted = w->package.neighbors / (oracle_ball() * w->kernel.constant);
   double lower = 0, upper = range, slope, h = fmin(w->nodes->support->f64[i], range);
@@ -256,11 +257,12 @@ static inline double truth_root(const struct world *w, const struct truth *t, in
   return h;
 }
 
-/* Supports from scratch, and all that follows from positions and masses. */
+/* Computes supports from scratch, and all that follows from positions and masses. */
 static inline void truth_density(const struct world *w, struct truth *t) {
   const int n = w->nodes->n_internal;
   const double *m = w->hydro.mass->f64;
-  double range = 1.2 * pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM); /* one node per unit volume */
+  /* the mean density is one node per unit volume */
+  double range = 1.2 * pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
   t->self = (w->package.neighbors / (oracle_ball() * w->kernel.constant) -
              oracle_lattice_others(&w->kernel, pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM))) /
             oracle_w(&w->kernel, 0);
@@ -274,8 +276,7 @@ static inline void truth_density(const struct world *w, struct truth *t) {
   }
   for (int i = 0; i < n; ++i) {
     const double h = t->support[i], scale = w->kernel.constant / pow(h, NDIM);
-    double sw = t->self * oracle_w(&w->kernel, 0), smw = m[i] * sw, dw = 0,
-           dmw = 0; /* d: H d/dH of w alone */
+    double sw = t->self * oracle_w(&w->kernel, 0), smw = m[i] * sw, dw = 0, dmw = 0; /* d: H d/dH of w */
     for (size_t k = t->partners.first[i]; k < t->partners.first[i + 1]; ++k) {
       const struct partner *p = &t->partners.partner[k];
       const double q = p->r / h, wq = oracle_w(&w->kernel, q), d = -q * q * oracle_g(&w->kernel, q);
@@ -289,7 +290,7 @@ static inline void truth_density(const struct world *w, struct truth *t) {
   }
 }
 
-/* Pressure and sound speed, by the formulas of the header. */
+/* Pressure and sound speed, by the formulas that the headers of equations of state give. */
 static inline void truth_close(const struct world *w, struct truth *t) {
   for (int i = 0; i < w->nodes->n_internal; ++i) {
     const struct kith_material *m = &w->hydro.material[w->nodes->list->u8[i]];
@@ -303,7 +304,7 @@ static inline void truth_close(const struct world *w, struct truth *t) {
   }
 }
 
-/* Solves A y = b (NDIM right hand sides b[.][c]) by elimination with pivots; A, b are used up. */
+/* Solves A y = b for NDIM right-hand sides b[.][c], by elimination with pivots; overwrites A and b. */
 static inline void truth_solve(double a[NDIM][NDIM], double b[NDIM][NDIM]) {
   for (int c = 0; c < NDIM; ++c) {
     int pivot = c;
@@ -343,7 +344,7 @@ static inline void truth_gradient(const struct world *w, struct truth *t) {
   }
 }
 
-/* x . G x of the partner's image. */
+/* Projects the gradient of the partner's image: x . G x. */
 static inline double truth_project(const double gradient[NDIM][NDIM], const double *sign, const double *x) {
   double sum = 0;
   for (int a = 0; a < NDIM; ++a)
@@ -351,7 +352,8 @@ static inline double truth_project(const double gradient[NDIM][NDIM], const doub
   return sum;
 }
 
-/* mu of equation (5): the jump that the viscosity sees, over the distance; 0 unless the pair approaches. */
+/* mu of equation (5): the velocity difference that the viscosity sees, over the distance; 0 unless the pair
+ * approaches. */
 static inline double truth_jump(const struct world *w, const struct truth *t, int i,
                                 const struct partner *p) {
   const double *v = w->hydro.velocity->f64;
@@ -372,7 +374,7 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
   return fmin(0, fmax(jump, vx)) / p->r;
 }
 
-/* From the heat of node i per time, `heat`, and its acceleration: equation (1) of package.h. */
+/* Equation (1) of package.h, from the heat of node i per time and its acceleration. */
 static inline void truth_energy(const struct world *w, struct truth *t, int i, double heat) {
   const double *v = w->hydro.velocity->f64, *base = w->it.kick.velocity_base->f64;
   t->rate[i] = heat / w->hydro.mass->f64[i], t->correction[i] = 0;
@@ -380,7 +382,7 @@ static inline void truth_energy(const struct world *w, struct truth *t, int i, d
     t->correction[i] -= t->acceleration[i][a] * (base[i * NDIM + a] - v[i * NDIM + a]);
 }
 
-/* Equations (3) - (5), and the signal speed of the step. */
+/* Equations (3) to (5), and the signal speed for the time step. */
 static inline void truth_rates(const struct world *w, struct truth *t) {
   const double *m = w->hydro.mass->f64, *v = w->hydro.velocity->f64;
   for (int i = 0; i < w->nodes->n_internal; ++i) {
@@ -408,13 +410,13 @@ static inline void truth_rates(const struct world *w, struct truth *t) {
     }
     for (int a = 0; a < NDIM; ++a) t->acceleration[i][a] = force[a] / m[i];
     truth_energy(w, t, i, work);
-    /* for the step: light nodes beside heavy ones swing; the mean mass is density over number */
+    /* light nodes beside heavy ones oscillate faster; the mean mass is density over number */
     const double beyond = fmax(0, t->grad_h_term[i] - m[i]) * t->number[i] / t->density[i];
     t->signal[i] = signal * sqrt(1 + 8 * beyond);
   }
 }
 
-/* All of it. Starts from nothing but positions, masses, energies and velocities. free with truth_clear. */
+/* Evaluates everything, from positions, masses, energies and velocities alone. Free it with truth_clear. */
 static inline void truth_all(const struct world *w, struct truth *t) {
   truth_density(w, t);
   truth_close(w, t);
@@ -427,8 +429,8 @@ static inline void truth_clear(struct truth *t) {
   memset(t, 0, sizeof *t);
 }
 
-/* Supports at their roots: the package moves them by round-off only, and the sums can be compared to
- * round-off. */
+/* Sets supports to their exact roots: then the package changes them by round-off only, and all sums can be
+ * compared to round-off. */
 static inline void world_root(struct world *w, const struct truth *t) {
   memcpy(w->nodes->support->f64, t->support, (size_t)w->nodes->n_internal * sizeof(double));
 }
@@ -439,20 +441,20 @@ static inline double largest(const double *value, int n) {
   return most;
 }
 
-/* Absolute comparison of a field with the truth, relative to the largest of its values. */
+/* Compares a field with the oracle; the tolerance is relative to the largest value. */
 #define CHECK_FIELD(field, wanted, count, tolerance)                                                 \
   do {                                                                                               \
     const double scale_ = largest((wanted), (count));                                                \
     for (int k_ = 0; k_ < (count); ++k_) CHECK_CLOSE((field)[k_], (wanted)[k_], (tolerance)*scale_); \
   } while (0)
 
-/* What the package found, where energies are compatible. */
+/* Compares the energy correction, which packages with compatible energies have. */
 static inline void truth_check_kick(const struct world *w, const struct truth *t, double tolerance) {
   if (w->package.compatible)
     CHECK_FIELD(w->package.energy_correction->f64, t->correction, w->nodes->n_internal, tolerance);
 }
 
-/* No force from outside: the sum of all, over the sum of their sizes and `least`. */
+/* Checks that forces sum to 0, relative to the sum of their magnitudes plus `least`. */
 static inline void world_momentum(const struct world *w, double least, double tolerance) {
   for (int a = 0; a < NDIM; ++a) {
     double sum = 0, scale = least;

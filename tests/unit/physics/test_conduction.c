@@ -1,11 +1,13 @@
-/* Package conduction against sums over all images of all nodes; a wall in the gas; implicit steps. */
+/* test_conduction.c - package conduction. Oracles: the equation summed over all images of all nodes
+ * (sph_world.h), with the normalization of kernel.h, which test_kernel.c tests; a barrier that conducts
+ * nothing; explicit steps, for implicit ones; the exact decay of a wave. */
 #include "tests/unit/physics/added_world.h"
 #include "tests/unit/scenario.h"
 
-/* Sums of a few hundred terms, as of package sph. */
+/* Sums of a few hundred terms, as for package sph. */
 static const double round_off = 1e-11;
 
-/* du/dt of node i from the equation, with conductivities and heat capacities of the lists. */
+/* du/dt of node i by the equation, with conductivities and heat capacities by list. */
 static double heat_of(const struct world *w, const struct truth *t, int i, const double *k, const double *c) {
   const double *u = w->hydro.energy->f64, *m = w->hydro.mass->f64;
   const uint8_t *list = w->nodes->list->u8;
@@ -50,7 +52,7 @@ static void check_sums(enum side side, enum kith_traversal traversal) {
 
 /* ---- in runs ---- */
 
-/* A hot and a cold half of a solid that does not move; with a wall between them if `barrier`. */
+/* A hot and a cold half of a solid that does not move, with a barrier between them if `barrier`. */
 static const char halves[] =
     "resolution: 20\narrangement: equal-spacing\n"
     "domain: {lower: [-0.6, 0, 0], upper: [0.5, 0.2, 0.2]}\n"
@@ -80,8 +82,8 @@ static double cold_energy(bool barrier, double conductivity) {
   return sum;
 }
 
-/* A barrier conducts nothing: the motion does not depend on the energy, nor does the work that it costs, so
- * that each half has to round-off what it has without conduction. */
+/* A barrier conducts nothing: each half has, to round-off, the energy that it has without conduction, since
+ * neither the motion nor its work depends on the energy. */
 static void check_wall(void) {
   const double alone = cold_energy(true, 0);
   CHECK_CLOSE(cold_energy(true, 0.5), alone, 1e-13 * alone);
@@ -97,7 +99,7 @@ static const char wave[] =
     "packages: [{name: conduction, conductivity: 0.1}]\n"
     "until: 0.1\n";
 
-/* The largest energy at the end, and the steps. */
+/* Returns the largest energy at the end, and counts steps. */
 static double peak(const char *settings, uint64_t *steps) {
   struct scenario s = {0};
   double most = 0;
@@ -110,7 +112,7 @@ static double peak(const char *settings, uint64_t *steps) {
   return most;
 }
 
-/* Ten times the explicit limit a step, and the same answer to the error of the steps. */
+/* With steps of up to ten times the explicit limit, the result is the same within the error of the steps. */
 static void check_implicit(void) {
   uint64_t explicit_steps = 0, implicit_steps = 0;
   const double wanted = peak("scheme.name=rk2", &explicit_steps),
@@ -119,8 +121,8 @@ static void check_implicit(void) {
   CHECK(implicit_steps > 0 && 3 * implicit_steps < explicit_steps);
 }
 
-/* With the default neighbors of the kernel, too, the wave decays as it should: but for the square of the
- * support, and in 2-D and 3-D for what the sums of a square lattice differ from those of the ideal one. */
+/* The wave decays at the exact rate; the error is of second order in the support, and in 2-D and 3-D sums of
+ * a square lattice also differ from those of the ideal one. */
 static void check_decay(void) {
   uint64_t steps;
   const double decay =
@@ -135,6 +137,6 @@ int main(void) {
   }
   check_wall();
   check_implicit();
-  if (NDIM < 3) check_decay(); /* in 3-D it takes seconds and says the same */
+  if (NDIM < 3) check_decay(); /* in 3-D it takes seconds, and tests nothing else */
   return check_failed();
 }

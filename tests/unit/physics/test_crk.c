@@ -1,36 +1,36 @@
-/* Package crk against sums over all images of all nodes, from the equations alone: corrected kernels by
- * elimination of the whole moment matrix and of its derivative, forces and work by the sums that the header
- * writes. */
+/* test_crk.c - package crk. Oracle: sums over all images of all nodes (sph_world.h), with corrected kernels
+ * by elimination of the full moment matrix and of its derivative, and forces and work by the sums of the
+ * header. Also identities of corrected kernels, mirrors, gas at rest, and nodes in lines and flat bars. */
 #include <omp.h>
 #include "tests/unit/physics/sph_world.h"
 
 static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};
 
-/* Sums of a few hundred terms, and moment matrices of random nodes with conditions of 1e2 and more. */
+/* Sums of a few hundred terms; moment matrices of random nodes have conditions of 1e2 and more. */
 static const double round_off = 1e-10;
 
 /* Coefficients c of W^R = (c_0 + c . x) W, and their derivatives along each axis. */
 enum { ROWS = NDIM + 1 };
 struct kernels {
   double c[MOST][ROWS], dc[MOST][NDIM][ROWS];
-  double change[MOST], smooth[MOST]; /* of the spacing, s */
+  double change[MOST], smooth[MOST]; /* the change of spacing, and s of equation (5) */
 };
 static const double self_weight = NDIM < 3 ? 1.5 : 2;
 
-/* A world whose package is crk. */
+/* A world with package crk. */
 static void create(struct world *w, const int *cells, enum side side, double jitter, const struct method *m,
                    uint64_t seed) {
   world_create(w, cells, side, jitter, m, seed);
   world_viscous(w, "crk", m);
 }
 
-/* ---- the sums ---- */
+/* ---- the oracle ---- */
 
 static double volume(const struct world *w, double support) {
   return oracle_ball() * pow(support, NDIM) / w->package.neighbors;
 }
 
-/* W and the factor of x in its gradient: means of both supports. */
+/* W, and the factor of x in its gradient; both are means over the supports of the pair. */
 static void kernel_of(const struct world *w, double hi, double hj, double r, double *value, double *factor) {
   const double c = w->kernel.constant;
   *value =
@@ -40,7 +40,7 @@ static void kernel_of(const struct world *w, double hi, double hj, double r, dou
       (oracle_g(&w->kernel, r / hi) / pow(hi, NDIM + 2) + oracle_g(&w->kernel, r / hj) / pow(hj, NDIM + 2));
 }
 
-/* A y = b by elimination with pivots; A is used up. */
+/* Solves A y = b by elimination with pivots; overwrites A. */
 static void solve(double a[ROWS][ROWS], double *b) {
   for (int c = 0; c < ROWS; ++c) {
     int pivot = c;
@@ -62,7 +62,7 @@ static void solve(double a[ROWS][ROWS], double *b) {
   for (int r = 0; r < ROWS; ++r) b[r] /= a[r][r];
 }
 
-/* c solves M c = (1, 0..), M = sum_j V_j W p p with p = (1, x); dc solves M dc = - dM c. */
+/* c solves M c = (1, 0, ..) with M = sum_j V_j W p p and p = (1, x); dc solves M dc = -dM c. */
 static void truth_kernel(const struct world *w, const struct truth *t, int i, struct kernels *out) {
   double m[ROWS][ROWS] = {{0}}, dm[NDIM][ROWS][ROWS] = {{{0}}}, copy[ROWS][ROWS];
   double flux[NDIM] = {0}, change2 = 0, trace = 0;
@@ -103,12 +103,13 @@ static void truth_kernel(const struct world *w, const struct truth *t, int i, st
   }
   for (int a = 0; a < NDIM; ++a) change2 += flux[a] * flux[a];
   const double spacing = t->support[i] / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
-  out->change[i] = NDIM * spacing * sqrt(change2) / fabs(trace); /* |grad ln H|, if neighbors are even */
+  /* |grad ln H| if neighbors are evenly distributed */
+  out->change[i] = NDIM * spacing * sqrt(change2) / fabs(trace);
   out->smooth[i] = 1 / (1 + pow(out->change[i] / 0.4, 4));
 }
 
-/* Gradient of the corrected kernel of a node with coefficients c, dc, whose image has these signs, at x from
- * it. */
+/* Gradient of the corrected kernel with coefficients c, dc at separation x; the node may be an image with
+ * these signs. */
 static void corrected(const double *c, double (*dc)[ROWS], const double *sign, const double *x, double value,
                       double factor, double *gradient) {
   double crk_a = c[0];
@@ -120,14 +121,14 @@ static void corrected(const double *c, double (*dc)[ROWS], const double *sign, c
   }
 }
 
-/* - P V^2 / Omega (grad W)(H) of node k, the factor of x. */
+/* The factor of x in -P V^2 / Omega (grad W)(H) of node k. */
 static double sph_push(const struct world *w, const struct truth *t, int k, double r) {
   const double h = t->support[k], v = volume(w, h);
   return -t->pressure[k] * v * v / t->omega[k] * w->kernel.constant * oracle_g(&w->kernel, r / h) /
          pow(h, NDIM + 2);
 }
 
-/* Force, rate and slope. */
+/* Forces, energy rates and signal speeds. */
 static void crk_rates(const struct world *w, struct truth *t, struct kernels *kernels) {
   const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
   const bool viscous = w->viscosity.name != KITH_VISCOSITY_NONE;
@@ -210,7 +211,7 @@ static void check_kernels(const struct world *w, const struct kernels *k) {
   CHECK_FIELD(field(w, "spacing_change"), k->change, n, round_off);
 }
 
-/* sum V W^R = 1, sum V W^R x = 0, sum V grad W^R = 0, sum V grad W^R x = - 1, with the coefficients of the
+/* sum V W^R = 1, sum V W^R x = 0, sum V grad W^R = 0, sum V grad W^R x = -1, with the coefficients of the
  * package. */
 static void check_exact(const struct world *w, const struct truth *t) {
   const double *A = field(w, "kernel_scale"), *C = field(w, "kernel_slope"),
@@ -243,7 +244,7 @@ static void check_exact(const struct world *w, const struct truth *t) {
     CHECK_CLOSE(sum, 1, 1e-12);
     for (int a = 0; a < NDIM; ++a) {
       CHECK_CLOSE(first[a], 0, 1e-12 * h);
-      CHECK_CLOSE(g[a], 0, 1e-12 * size); /* rounded as the largest of its terms */
+      CHECK_CLOSE(g[a], 0, 1e-12 * size); /* rounding is relative to the largest terms */
       for (int b = 0; b < NDIM; ++b) CHECK_CLOSE(gx[a][b], a == b ? -1 : 0, 1e-12 * size * h);
     }
   }
@@ -254,11 +255,11 @@ static void check_world(const struct method *m, enum side side, const int *cells
   struct world w;
   struct truth t = {0};
   create(&w, cells, side, 0.3, m, seed);
-  for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b) /* one is on a face */
+  for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b) /* one node is on a face */
     w.nodes->position->f64[b] = b == 0 ? 0 : 0.5 * w.length[b];
   truth_density(&w, &t);
   world_root(&w, &t);
-  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) /* kicks from another velocity than the force sees */
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) /* kicks start from another velocity than forces see */
     w.it.kick.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
   crk_truth(&w, &t, &kernels);
   CHECK_OK(world_evaluate(&w));
@@ -271,7 +272,7 @@ static void check_world(const struct method *m, enum side side, const int *cells
   CHECK_FIELD(field(&w, "signal"), t.signal, n, round_off);
   truth_check_kick(&w, &t, round_off);
   CHECK(w.package.fallbacks == 0);
-  if (side != REFLECTING) world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
+  if (side != REFLECTING) world_momentum(&w, 1, 1e-13); /* single forces are of order 1 */
   truth_clear(&t);
   world_destroy(&w);
 }
@@ -287,13 +288,13 @@ static void check_worlds(void) {
             (enum kith_kernel)k, viscosity[form % 4],  form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
             (form & 4) != 0,     form & 1 ? 1.7 : 0.6, form & 4 ? 2.2 : 0};
         const int *cells = boxes[(form + k) % 2];
-        if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them is time enough */
+        if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them, to save time */
         if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
         check_world(&m, (enum side)side, cells, ++seed);
       }
 }
 
-/* Walls are mirrors: the reflecting box is one of the 2^d images in a periodic box of twice its size. */
+/* Walls are mirrors: the reflecting box is one of 2^d images in a periodic box of twice its size. */
 static void check_mirror(void) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
   const int box[3] = {NDIM == 1 ? 12 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 5 : 3, 3};
@@ -301,8 +302,8 @@ static void check_mirror(void) {
   struct world w, d;
   create(&w, box, REFLECTING, 0.3, &m, 5);
   create(&d, twice, PERIODIC, 0.3, &m, 5);
-  const int n =
-      w.nodes->n_internal; /* three lists of n / 3: node i is the nodes images i .. images i + images - 1 */
+  /* three lists of n / 3 nodes: images of node i are nodes images * i ... images * i + images - 1 */
+  const int n = w.nodes->n_internal;
   CHECK(n % 3 == 0 && d.nodes->n_internal == images * n);
   for (int k = 0; k < images * n; ++k) {
     const int i = k / images;
@@ -328,7 +329,7 @@ static void check_mirror(void) {
   world_destroy(&w);
 }
 
-/* A uniform gas on a lattice is at rest; off it, forces are small beside P / (rho spacing) = 2/3. */
+/* Uniform gas on a lattice is at rest; on displaced nodes forces are small beside P / (rho spacing) = 2/3. */
 static void check_rest(double jitter, double most) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
   struct world w;
@@ -344,7 +345,8 @@ static void check_rest(double jitter, double most) {
   world_destroy(&w);
 }
 
-/* Every other node off its place by 1e-6 is pulled back: what the self weight is for. */
+/* If every other node is displaced by 1e-6, forces restore the lattice: this is the purpose of the self
+ * weight. */
 static void check_sawtooth(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k) {
     const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0};
@@ -367,7 +369,7 @@ static void check_sawtooth(void) {
   }
 }
 
-/* Nodes on a line in the plane or in space: no second moment has an inverse, all is finite, and it is
+/* Above 1-D, nodes on a line have no regular second moment: results are finite, and such nodes are
  * counted. */
 static void check_collinear(void) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
@@ -378,14 +380,14 @@ static void check_collinear(void) {
   CHECK_OK(kith_integrator_start(&w.it));
   w.package.fallbacks = 0;
   CHECK_OK(world_evaluate(&w));
-  CHECK(w.package.fallbacks == (NDIM == 1 ? 0u : 2u * 40)); /* of the velocity, and of the kernel */
+  CHECK(w.package.fallbacks == (NDIM == 1 ? 0u : 2u * 40)); /* of the velocity gradient, and of the kernel */
   for (int k = 0; k < 40 * NDIM; ++k) CHECK(isfinite(w.hydro.acceleration->f64[k]));
-  world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
+  world_momentum(&w, 1, 1e-13); /* single forces are of order 1 */
   world_destroy(&w);
 }
 
-/* A bar pressed flat: the correction fades out between an isotropy of 0.1 and of 0.01, (5), and counts as
- * regular. Sums of the moments from all partners, their determinant by elimination. */
+/* A flattened bar: the correction fades out between isotropies of 0.1 and 0.01, equation (5), and such nodes
+ * count as regular. Moments are summed over all partners, and determinants found by elimination. */
 static void check_flat(void) {
 #if NDIM > 1
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
@@ -418,7 +420,7 @@ static void check_flat(void) {
         }
       }
       for (int a = 0; a < NDIM; ++a) trace += m2[a][a], b[a] = -m1[a];
-      for (int c = 0; c < NDIM; ++c) { /* m2 is positive: no pivots */
+      for (int c = 0; c < NDIM; ++c) { /* m2 is positive definite: no pivots are needed */
         det *= m2[c][c];
         for (int r = 0; r < NDIM; ++r) {
           const double f = m2[r][c] / m2[c][c];
@@ -449,11 +451,11 @@ static void check_two(void) {
   struct world w;
   create(&w, two, PERIODIC, 0.1, &m, 1);
   CHECK_OK(kith_integrator_start(&w.it));
-  world_momentum(&w, 1, 1e-13); /* pairs push with 1, whatever is left of it */
+  world_momentum(&w, 1, 1e-13); /* single forces are of order 1 */
   world_destroy(&w);
 }
 
-/* What it does not have is refused. */
+/* Settings that crk lacks are refused. */
 static void check_refused(void) {
   static const char *const wrong[] = {"viscosity.name=cullen-dehnen", "conduction=1"};
   for (int k = 0; k < 2; ++k) {

@@ -1,4 +1,6 @@
-/* The shared state: closing by the equations of state, totals, and what is not physical. */
+/* test_hydro.c - the state that packages share: pressures and sound speeds (against formulas), totals
+ * (against long double sums, and bitwise for 1 to 3 threads), and unphysical values, each of which must be
+ * found and named. */
 #include <omp.h>
 #include <string.h>
 #include "lib/core/vec.h"
@@ -13,7 +15,7 @@ struct state {
   struct kith_hydro hydro;
 };
 
-static struct state make(kith_index n0, kith_index n1) {
+static struct state make_state(kith_index n0, kith_index n1) {
   struct state s = {0};
   uint64_t seed = 12;
   CHECK_OK(kith_nodes_create(&s.nodes, 2, names));
@@ -37,12 +39,12 @@ static struct state make(kith_index n0, kith_index n1) {
   return s;
 }
 
-static bool same(const struct kith_totals *a, const struct kith_totals *b) {
+static bool identical(const struct kith_totals *a, const struct kith_totals *b) {
   return memcmp(a, b, sizeof *a) == 0;
 }
 
 static void check_totals(kith_index n0, kith_index n1) {
-  struct state s = make(n0, n1);
+  struct state s = make_state(n0, n1);
   long double mass = 0, kinetic = 0, internal = 0, scale = 0, momentum[NDIM] = {0};
   long double angular[3] = {0}, angular_scale = 0, fastest = 0;
   for (kith_index i = 0; i < n0 + n1; ++i) {
@@ -72,8 +74,8 @@ static void check_totals(kith_index n0, kith_index n1) {
     t[k] = kith_hydro_totals(&s.hydro);
   }
   omp_set_num_threads(threads);
-  CHECK(same(&t[0], &t[1]) && same(&t[0], &t[2]));
-  /* A running sum of at most 4096 positive terms errs by less than 4096 / 2 roundings, in practice by their
+  CHECK(identical(&t[0], &t[1]) && identical(&t[0], &t[2]));
+  /* A running sum of at most 4096 positive terms errs by less than 4096 / 2 roundings, usually by their
    * square root. */
   CHECK_CLOSE(t[0].mass, (double)mass, 1e-13 * (double)mass);
   CHECK_CLOSE(t[0].kinetic, (double)kinetic, 1e-13 * (double)kinetic);
@@ -86,9 +88,9 @@ static void check_totals(kith_index n0, kith_index n1) {
   kith_nodes_destroy(&s.nodes);
 }
 
-/* Gas without sound: at rest it is not fast, and any motion is infinitely so. */
-static void check_silent(void) {
-  struct state s = make(3, 0);
+/* Gas without a sound speed: the Mach number is 0 at rest, and infinite in any motion. */
+static void check_without_sound(void) {
+  struct state s = make_state(3, 0);
   for (int i = 0; i < 3; ++i) s.hydro.sound_speed->f64[i] = 0;
   for (int k = 0; k < 3 * NDIM; ++k) s.hydro.velocity->f64[k] = 0;
   CHECK(kith_hydro_totals(&s.hydro).velocity_over_sound == 0);
@@ -97,8 +99,8 @@ static void check_silent(void) {
   kith_nodes_destroy(&s.nodes);
 }
 
-static void check_close(void) {
-  struct state s = make(5, 4);
+static void check_eos(void) {
+  struct state s = make_state(5, 4);
   kith_hydro_evaluate_eos(&s.hydro);
   for (int i = 0; i < 9; ++i) {
     const double rho = s.hydro.density->f64[i], u = s.hydro.energy->f64[i];
@@ -108,9 +110,9 @@ static void check_close(void) {
   kith_nodes_destroy(&s.nodes);
 }
 
-/* Breaks `value` of node i: the message says `word`, and names the first node even if a later one is bad
+/* Breaks `value` of node i: the message must contain `word` and name this node, even if a later one is wrong,
  * too. */
-static void broken(struct state *s, double *value, double wrong, kith_index i, const char *word) {
+static void check_broken(struct state *s, double *value, double wrong, kith_index i, const char *word) {
   char id[32];
   const kith_index later = KITH_MIN(i + 700, s->nodes->n_internal - 1);
   const double good = *value, good_later = s->hydro.density->f64[later];
@@ -123,25 +125,25 @@ static void broken(struct state *s, double *value, double wrong, kith_index i, c
 }
 
 static void check_physical(void) {
-  struct state s = make(900, 600);
+  struct state s = make_state(900, 600);
   const struct kith_hydro *h = &s.hydro;
   CHECK_OK(kith_hydro_physical(h));
   for (int k = 0; k < 3; ++k) {
     const kith_index i = k == 0 ? 0 : k == 1 ? 450 : 1200;
     const kith_index component = i * NDIM + k % NDIM;
-    broken(&s, &s.nodes->position->f64[component], NAN, i, "position");
-    broken(&s, &h->velocity->f64[component], -INFINITY, i, "velocity");
-    broken(&s, &h->acceleration->f64[component], NAN, i, "acceleration");
-    broken(&s, &h->energy->f64[i], INFINITY, i, "energy is not finite");
-    broken(&s, &h->energy->f64[i], NAN, i, "energy is not finite");
-    broken(&s, &h->density->f64[i], 0, i, "density");
-    broken(&s, &h->density->f64[i], -1, i, "density");
-    broken(&s, &h->density->f64[i], NAN, i, "density");
-    broken(&s, &h->density->f64[i], INFINITY, i, "density");
-    if (i < 900) broken(&s, &h->energy->f64[i], -1e-300, i, "energy is negative");
+    check_broken(&s, &s.nodes->position->f64[component], NAN, i, "position");
+    check_broken(&s, &h->velocity->f64[component], -INFINITY, i, "velocity");
+    check_broken(&s, &h->acceleration->f64[component], NAN, i, "acceleration");
+    check_broken(&s, &h->energy->f64[i], INFINITY, i, "energy is not finite");
+    check_broken(&s, &h->energy->f64[i], NAN, i, "energy is not finite");
+    check_broken(&s, &h->density->f64[i], 0, i, "density");
+    check_broken(&s, &h->density->f64[i], -1, i, "density");
+    check_broken(&s, &h->density->f64[i], NAN, i, "density");
+    check_broken(&s, &h->density->f64[i], INFINITY, i, "density");
+    if (i < 900) check_broken(&s, &h->energy->f64[i], -1e-300, i, "energy is negative");
   }
-  /* An isothermal gas carries its energy along without effect; zero is in range for all. */
-  broken(&s, &h->energy->f64[1499], -1, 1499, NULL);
+  /* The energy of an isothermal gas has no effect, so it may be negative; zero is allowed for all. */
+  check_broken(&s, &h->energy->f64[1499], -1, 1499, NULL);
   h->energy->f64[3] = 0;
   CHECK_OK(kith_hydro_physical(h));
   kith_nodes_destroy(&s.nodes);
@@ -153,8 +155,8 @@ int main(void) {
   check_totals(4000, 96);
   check_totals(4096, 1);
   check_totals(9000, 12000);
-  check_silent();
-  check_close();
+  check_without_sound();
+  check_eos();
   check_physical();
   return check_failed();
 }

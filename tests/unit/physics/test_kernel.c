@@ -1,4 +1,6 @@
-/* Kernels against B-splines by recurrence, Wendland functions by integration, quadrature and lattice sums. */
+/* test_kernel.c - kernels: shapes, edges, constants, self weights and neighbor numbers. Oracle
+ * (kernel_oracle.h): B-splines by recurrence, Wendland functions by integration, quadrature, and sums over
+ * lattices. */
 #include <string.h>
 #include "tests/unit/physics/kernel_oracle.h"
 #include "tests/check.h"
@@ -19,7 +21,7 @@ static double value_of(const void *kernel, double q) {
   return value(*(const enum kith_kernel *)kernel, q);
 }
 
-/* Both sides are sums of at most 12 products of order 1. */
+/* Compares with the oracle; both are sums of at most 12 products of order 1. */
 static void check_shape(enum kith_kernel k, const struct oracle_kernel *oracle) {
   CHECK_CLOSE(value(k, 0), oracle_w(oracle, 0), 1e-14);
   for (int s = 1; s <= 1200; ++s) {
@@ -28,7 +30,7 @@ static void check_shape(enum kith_kernel k, const struct oracle_kernel *oracle) 
     CHECK_CLOSE(q * slope(k, q), q * oracle_g(oracle, q), 1e-13);
     CHECK(slope(k, q) <= 0);
     CHECK(value(k, q) >= 0 && value(k, q) <= value(k, q - 1e-3));
-    /* Truncation d^2 w''' / 6 with w''' up to 400, also across knots. */
+    /* Truncation is d^2 w''' / 6, where w''' is up to 400, also across knots. */
     CHECK_CLOSE((value(k, q + d) - value(k, q - d)) / (2 * d), q * slope(k, q), 1e-6);
   }
 }
@@ -40,12 +42,12 @@ static void check_edges(enum kith_kernel k) {
     CHECK(slope(k, outside[s]) == 0);
   }
   const double knots[] = {0.2, 1. / 3, 0.5, 0.6, 2. / 3, 1};
-  for (int s = 0; s < 6; ++s) { /* w', g and g' stay below 200 */
+  for (int s = 0; s < 6; ++s) { /* w', g and g' are below 200 */
     CHECK_CLOSE(value(k, knots[s] - 1e-13), value(k, knots[s] + 1e-13), 1e-10);
     CHECK_CLOSE(slope(k, knots[s] - 1e-13), slope(k, knots[s] + 1e-13), 1e-10);
   }
   const double tiny[] = {0, 1e-300, 1e-18, 1e-14, 1e-10, 1e-6};
-  for (int s = 0; s < 6; ++s) { /* what a pair takes of it is q g: vanishes */
+  for (int s = 0; s < 6; ++s) { /* a pair multiplies it by q, and q g vanishes */
     CHECK(isfinite(slope(k, tiny[s])));
     CHECK(fabs(tiny[s] * slope(k, tiny[s])) <= 100 * tiny[s] + 1e-14);
   }
@@ -55,14 +57,14 @@ static void check_constants(enum kith_kernel k, const struct oracle_kernel *orac
   CHECK_CLOSE(oracle_sphere() * kith_kernel_constant(k) * oracle_quadrature(value_of, &k, NDIM - 1), 1,
               1e-13);
   CHECK_CLOSE(kith_kernel_constant(k), oracle->constant, 1e-13 * oracle->constant);
-  CHECK_CLOSE(kith_kernel_support(k), oracle->spread, 0.51e-6);     /* six digits are given */
-  const double most = k == KITH_KERNEL_quartic ? 1.247978 : 1.2544; /* 67 in 3-D and not 68 */
+  CHECK_CLOSE(kith_kernel_support(k), oracle->spread, 0.51e-6);     /* the library has six digits */
+  const double most = k == KITH_KERNEL_quartic ? 1.247978 : 1.2544; /* 67 neighbors in 3-D, not 68 */
   CHECK_CLOSE(kith_kernel_neighbors(k, 0), oracle_ball() * pow(most * oracle->spread, NDIM),
               4e-6 * kith_kernel_neighbors(k, 0));
 }
 
-/* The lattice with one node per unit volume has density 1. And what flows on it: H / d times the derivative
- * of the density by H at fixed C / H^d. */
+/* The lattice with one node per unit volume has density 1. kith_kernel_gradient_sum is H / d times the
+ * derivative of the density by H at constant C / H^d, here by differences. */
 static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *oracle) {
   const double usual = kith_kernel_neighbors(k, 0);
   for (int s = 0; s < 6; ++s) {
@@ -74,14 +76,14 @@ static void check_self_weight(enum kith_kernel k, const struct oracle_kernel *or
                  narrower = oracle_lattice_others(oracle, support * (1 - 1e-4));
     CHECK_CLOSE(kith_kernel_gradient_sum(k, neighbors),
                 (wider - narrower) / 2e-4 * oracle->constant / (NDIM * pow(support, NDIM)), 1e-5);
-    /* What is solved for is the density of the node alone, W(0) = C / H^d of it: a few per cent of it, most
-     * with few neighbors. */
+    /* The equation is solved for the weight of the node itself, whose density is W(0) = C / H^d: it corrects
+     * a few per cent of that, most with few neighbors. */
     CHECK(weight > 0.5 && weight < 1.2);
     if (k <= KITH_KERNEL_quintic) CHECK_CLOSE(weight, 1, 0.1);
   }
 }
 
-/* 2 sigma of the kernel holds as many nodes in any dimension. */
+/* The pairing limit: 2 sigma of the kernel holds equally many nodes in all dimensions. */
 static void check_pairing(void) {
   static const double most[] = {55, 67, 190};
   for (int k = 0; k < KITH_N_KERNELS; ++k) {
@@ -91,7 +93,7 @@ static void check_pairing(void) {
     if (k > KITH_KERNEL_quintic) CHECK(isinf(got));
     if (k > KITH_KERNEL_quintic) continue;
     if (NDIM == 3) CHECK_CLOSE(got, most[k], 1e-9);
-    /* H / spacing over 2 sigma: back to the 3-D number, with the six digits of both spreads. */
+    /* From H / spacing over 2 sigma back to the number in 3-D; both spreads have six digits. */
     const double spacings = pow(got / oracle_ball(), 1. / NDIM) / oracle.spread;
     CHECK_CLOSE(4 * M_PI / 3 * pow(spacings * kith_kernel_facts[k].support[2], 3), most[k], 1e-5 * most[k]);
   }

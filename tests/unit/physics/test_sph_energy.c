@@ -1,5 +1,6 @@
-/* Where the forces of package sph come from: they are the gradient of the internal energy at constant
- * entropy, and their work is what the nodes gain. */
+/* test_sph_energy.c - forces of package sph are the gradient of the internal energy at constant entropy, and
+ * their work is the change of energies. Oracle: differences of energies and densities of the sums in
+ * sph_world.h, for nodes that are displaced. Also frozen nodes in a lattice in balance. */
 #include "tests/unit/physics/sph_world.h"
 
 static const int box[3] = {NDIM == 1 ? 14 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 6 : 4, 3};
@@ -17,7 +18,8 @@ static double isentropic_energy(const struct world *w, const struct truth *t, in
   return (u - cold) * pow(compression, material_value(m, "gamma") - 1) + cold / compression;
 }
 
-/* Internal energy of all nodes where they stand, from supports up. density[i], written, if not NULL. */
+/* The internal energy of all nodes at their present positions, with new supports. Writes density[i] if not
+ * NULL. */
 static double total_energy(const struct world *w, const struct truth *from, double *density) {
   struct truth t = {0};
   double sum = 0;
@@ -29,16 +31,16 @@ static double total_energy(const struct world *w, const struct truth *from, doub
   return sum;
 }
 
-/* Differences of fourth order: (8 (f(d) - f(-d)) - (f(2d) - f(-2d))) / (12 d). Kernels with four or more
- * continuous derivatives are exact to d^4 ~ 1e-13 and to cancellation, 1e-16 / 1e-3 of the energy; where the
- * third derivative jumps (cubic, C2) within the stencil d^2 is left: 1e-6 of w'''. */
+/* Differences of fourth order: (8 (f(d) - f(-d)) - (f(2d) - f(-2d))) / (12 d). For kernels with four or more
+ * continuous derivatives the error is d^4 ~ 1e-13 and cancellation, 1e-16 / 1e-3 of the energy; where the
+ * third derivative jumps within the stencil (cubic, C2) it is of order d^2: 1e-6 of w'''. */
 static const double step = 1e-3;
 static double difference(const double f[4]) {
   return (8 * (f[1] - f[0]) - (f[3] - f[2])) / (12 * step);
 }
 static const double stencil[] = {-1, 1, -2, 2};
 
-/* m dv/dt = - dU/dx, node by node: tests X, with masses 1 to 8 and three materials. */
+/* m dv/dt = -dU/dx, node by node, which tests the factor X, with masses 1 to 8 and three materials. */
 static void check_gradient(struct world *w, const struct truth *t, double tolerance) {
   const int n = w->nodes->n_internal;
   const double scale = largest(w->hydro.acceleration->f64, n * NDIM);
@@ -57,7 +59,7 @@ static void check_gradient(struct world *w, const struct truth *t, double tolera
   }
 }
 
-/* du/dt = P / rho^2 drho/dt as all nodes move with their velocities. */
+/* du/dt = P / rho^2 drho/dt if all nodes move with their velocities. */
 static void check_work(struct world *w, const struct truth *t, double tolerance) {
   static double density[4][MOST];
   const int n = w->nodes->n_internal;
@@ -81,7 +83,7 @@ static void check_work(struct world *w, const struct truth *t, double tolerance)
       power += p, size += fabs(p);
     }
   }
-  CHECK_CLOSE(total + power, 0, 1e-13 * size); /* two orders of the same sum */
+  CHECK_CLOSE(total + power, 0, 1e-13 * size); /* the same sum in two orders */
 }
 
 static void check_variation(enum kith_kernel kernel, enum side side, bool compatible) {
@@ -105,8 +107,8 @@ static void check_variation(enum kith_kernel kernel, enum side side, bool compat
 
 /* ---- frozen nodes ---- */
 
-/* A lattice in balance stays in balance, nearly, when some of its nodes are frozen: they push as the others
- * do, but for X, which is a hundredth of m. */
+/* A lattice in balance nearly stays in balance when some of its nodes are frozen: they push as others do,
+ * except for X, which is a hundredth of m. */
 static void check_frozen(void) {
   const struct method m = {KITH_KERNEL_quintic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_GATHER, false, 1, 2};
   struct world w;
@@ -121,15 +123,15 @@ static void check_frozen(void) {
     for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0;
     frozen[i] = w.nodes->position->f64[i * NDIM] < 2;
   }
-  CHECK_OK(kith_integrator_start(&w.it)); /* supports */
+  CHECK_OK(kith_integrator_start(&w.it)); /* computes supports */
   kith_hydro_evaluate_eos(&w.hydro);
-  struct kith_boundaries with = {0}; /* frozen nodes first: the images include them */
+  struct kith_boundaries with = {0}; /* frozen nodes first, so that they have images */
   CHECK_OK(kith_boundaries_add(&with, &kith_boundary_constant, 0, 0, 1, false, false));
   kith_nodes_drop_ghosts(w.nodes);
   struct kith_field *grad_h_term = kith_nodes_field_named(w.nodes, "grad_h_term");
   kith_package_clear(&w.package);
   memset(grad_h_term->f64, 0, (size_t)n * sizeof(double));
-  CHECK_OK(kith_package_init(&w.package)); /* as in a run: made, then some of its nodes are frozen */
+  CHECK_OK(kith_package_init(&w.package)); /* as in a run: first the package, then nodes are frozen */
   CHECK_OK(kith_constant_take(with.boundary[0], w.nodes, frozen));
   for (int a = 0; a < NDIM; ++a)
     CHECK_OK(kith_boundaries_add(&with, &kith_boundary_periodic, a, 0, w.length[a], true, true));
@@ -138,7 +140,7 @@ static void check_frozen(void) {
   world_base(&w);
   CHECK_OK(kith_integrator_rates(&w.it));
   CHECK(w.nodes->n_internal > 0 && w.nodes->n_internal < n);
-  /* A one-sided push is of order P / (rho spacing) = 1.4. */
+  /* Without the frozen nodes forces would be of order P / (rho spacing) = 1.4. */
   for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK_CLOSE(w.hydro.acceleration->f64[k], 0, 0.03);
   world_destroy(&w);
 }

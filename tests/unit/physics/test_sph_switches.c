@@ -1,5 +1,6 @@
-/* What turns viscosity down, and what carries heat: Balsara's factor, Cullen and Dehnen's switch,
- * conduction, dissipation of pressures. */
+/* test_sph_switches.c - what reduces viscosity, and what carries heat, in package sph: Balsara's factor, the
+ * switch of Cullen and Dehnen, conduction, dissipation of pressure. Oracles: the same gas with the term
+ * switched off, exact sums of heat, and shear and compression, whose limits are known. */
 #include "tests/unit/scenario.h"
 
 static const char box[] =
@@ -9,7 +10,7 @@ static const char box[] =
     "regions:\n  - {material: gas, lattice: cubic, density: 1, pressure: 1, velocity: [0, 0, 0]}\n"
     "until: 0.2\nmethod: {energy: thermal, viscosity: {name: monaghan}}\n";
 
-/* Heating of the whole box at the start: sum m du/dt + m v . dv/dt is zero, so this is what motion loses. */
+/* Heating of the whole box at the start. Since sum m du/dt + m v . dv/dt = 0, it is what the motion loses. */
 static double loss(const char *settings) {
   struct scenario s = {0};
   double sum = NAN;
@@ -26,8 +27,8 @@ static double loss(const char *settings) {
 
 #if NDIM > 1
 #define SHEAR "regions.0.velocity=[0,sin(2*pi*x),0] method.viscosity.beta=0 "
-/* In shear the divergence is zero to round-off: what is left is e / (curl + e), which is larger on the
- * wide supports of 3-D. */
+/* In shear the divergence is zero to round-off. What is left is e / (curl + e), which is larger with the wide
+ * supports of 3-D. */
 static void check_shear(void) {
   const double sph = loss(SHEAR "method.viscosity.balsara=none"),
                crk = loss(SHEAR "method.viscosity.balsara=none method.package=crk");
@@ -47,12 +48,12 @@ static void check_compression(void) {
                one = loss(CONVERGING "method.viscosity.balsara=squared");
   CHECK(none > 0.01);
   CHECK_CLOSE(one, none, 0.05 * none);
-  CHECK(loss(CONVERGING "method.viscosity.name=none") <
-        1e-3 * none); /* pressure does no net work to first order */
+  /* pressure does no net work to first order */
+  CHECK(loss(CONVERGING "method.viscosity.name=none") < 1e-3 * none);
   CHECK(loss(CONVERGING "method.viscosity.name=limited") < 0.5 * none);
 }
 
-/* Hot and cold at one density: heat flows to the cold side, none is made; where pressure is even none
+/* Hot and cold gas of equal density: heat flows to the cold side and its sum is zero; at equal pressures none
  * flows. */
 static void check_conduction(void) {
   static const char halves[] = "regions.0.pressure=x<0.5?2:1 ";
@@ -75,8 +76,8 @@ static void check_conduction(void) {
   CHECK_CLOSE(loss("method.conduction=1"), 0, 1e-13);
 }
 
-/* Converging gas, hot and cold: the dissipation of pressures takes from the hot half and makes no heat; none
- * where pressure is even, however fast the gas converges. */
+/* In converging gas of two temperatures, dissipation of pressure moves heat from the hot to the cold half,
+ * and its sum is zero; at equal pressures it moves none, however fast the gas converges. */
 static void check_pressures(void) {
   static const char halves[] = CONVERGING "method.viscosity.name=none regions.0.pressure=";
   double cold[2][2] = {{0}}, all[2][2] = {{0}};
@@ -96,9 +97,8 @@ static void check_pressures(void) {
   for (int k = 0; k < 2; ++k) CHECK_CLOSE(all[k][1], all[k][0], 1e-13); /* round-off of sums of order 1 */
 }
 
-/* The switch: nothing in gas at rest; full where a shock comes; it decays behind, and it is the same for any
- * number of threads. */
-static void check_rising(void) {
+/* The switch is 0 in gas at rest, large where a shock arises, and smaller where gas expands. */
+static void check_cullen_dehnen(void) {
   static const char shock[] = "regions.0.velocity=[-1.5*sin(2*pi*x),0,0] method.viscosity.name=cullen-dehnen";
   struct scenario s = {0};
   scenario_open(&s, box, "method.viscosity.name=cullen-dehnen");
@@ -119,7 +119,7 @@ static void check_rising(void) {
       if (fabs(s.simulation->nodes->position->f64[(size_t)i * NDIM] - 0.5) < 0.1)
         behind = fmax(behind, viscosity_switch[i]);
     CHECK(largest > 0.5);
-    CHECK(behind < 0.5 * largest); /* where it only expands */
+    CHECK(behind < 0.5 * largest); /* where gas expands */
   }
   scenario_close(&s);
 }
@@ -131,6 +131,6 @@ int main(void) {
   check_compression();
   check_conduction();
   check_pressures();
-  check_rising();
+  check_cullen_dehnen();
   return check_failed();
 }

@@ -1,13 +1,14 @@
-/* Viscosity of package sph pair by pair, linear flows, and what limits the time step. */
+/* test_sph_viscosity.c - artificial viscosity of package sph: single pairs, linear flows (where the limiter
+ * must find no velocity difference), and the time-step limit, against its definition. */
 #include <omp.h>
 #include "tests/unit/physics/sph_world.h"
 
 static const int box[3] = {NDIM == 1 ? 14 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 6 : 4, 4};
 
-/* Heating by viscosity alone: rates with it less rates without. */
+/* Heating by viscosity: the difference of rates with and without it. */
 static void viscous_rates(struct world *w, double alpha, double beta, double *rate) {
   const int n = w->nodes->n_internal;
-  struct kith_viscosity_settings *settings = w->settings; /* they begin with these */
+  struct kith_viscosity_settings *settings = w->settings; /* package settings begin with these */
   settings->alpha = settings->beta = 0;
   CHECK_OK(world_evaluate(w));
   for (int i = 0; i < n; ++i) rate[i] = -w->hydro.energy_rate->f64[i];
@@ -16,8 +17,8 @@ static void viscous_rates(struct world *w, double alpha, double beta, double *ra
   for (int i = 0; i < n; ++i) rate[i] += w->hydro.energy_rate->f64[i];
 }
 
-/* Only node k moves: what another node gains is what its one pair gives it. Heated if the pair approaches,
- * exactly as before if not; the limited viscosity gives no more than the other. */
+/* Only node k moves, so that each other node gains heat from one pair: it is heated if the pair approaches,
+ * and unchanged if not; the limited viscosity heats no more than the other. */
 static void check_pairs(const struct method *m, int k, uint64_t seed) {
   struct world w[2];
   struct truth t = {0};
@@ -58,8 +59,8 @@ static void check_pairs(const struct method *m, int k, uint64_t seed) {
   for (int limited = 0; limited < 2; ++limited) world_destroy(&w[limited]);
 }
 
-/* The limiter leaves 0.6 of an approach at 1 along a slope of 0.4, in gas without sound as in any other, and
- * in any units. */
+/* Of an approach with velocity 1 along a slope of 0.4 the limiter leaves 0.6, also in gas without a sound
+ * speed, and in any units. */
 static void check_limiter(void) {
   static double j[KITH_PACKED_VISCOUS * KITH_STRIDE];
   const struct kith_viscosity_constants c = {.alpha = 1, .beta = 2, .spacings = 4, .limited = 1};
@@ -76,13 +77,13 @@ static void check_limiter(void) {
     }
 }
 
-/* No node is cooled by viscosity, whatever the velocities. */
+/* Viscosity cools no node, whatever the velocities. */
 static void check_heats(const struct method *m, enum side side) {
   struct world w;
   double rate[MOST];
   world_create(&w, box, side, 0.3, m, 31);
   world_base(&w);
-  CHECK_OK(kith_integrator_rates(&w.it)); /* supports */
+  CHECK_OK(kith_integrator_rates(&w.it)); /* computes supports */
   viscous_rates(&w, m->alpha, m->beta, rate);
   const double zero = 1e-13 * largest(w.hydro.energy_rate->f64, w.nodes->n_internal);
   double sum = 0;
@@ -94,7 +95,7 @@ static void check_heats(const struct method *m, enum side side) {
   world_destroy(&w);
 }
 
-/* Every other cell of 7 x 6 x 6: the face-centered lattice, whose neighbors are farther away than the mean
+/* Uses every other cell of 7 x 6 x 6: a face-centered lattice, whose neighbors are farther away than the mean
  * spacing. */
 static void spread_out(struct world *w) {
   for (int i = 0, cell = 0; i < w->nodes->n_internal; ++cell) {
@@ -105,8 +106,8 @@ static void spread_out(struct world *w) {
   }
 }
 
-/* A lattice of even heat that is compressed linearly: `limited` finds no jump for nodes whose pairs all lie
- * at the mean spacing or beyond (that of the denser end). */
+/* A lattice of equal energies is compressed linearly: the limiter finds no velocity difference for nodes all
+ * of whose pairs are at the mean spacing (that of the denser end) or beyond. */
 static void check_linear(enum kith_traversal traversal) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, traversal, false, 1, 2};
   const double spacings = pow(kith_kernel_neighbors(m.kernel, 0) / oracle_ball(), 1.0 / NDIM);
@@ -136,7 +137,7 @@ static void check_linear(enum kith_traversal traversal) {
       const struct partner *p = &t.partners.partner[k];
       if (p->r * spacings < fmin(t.support[i], t.support[p->node]) * (1 - 1e-9)) all = false;
     }
-    if (all) CHECK_CLOSE(rate[i], 0, 1e-12 * scale); /* G is exact to 1e-13, rates are differences */
+    if (all) CHECK_CLOSE(rate[i], 0, 1e-12 * scale); /* G is exact to 1e-13, and rates are differences */
     away += all, close += !all;
   }
   CHECK(away > 0 && close > 0);
@@ -148,7 +149,7 @@ static void check_linear(enum kith_traversal traversal) {
 
 static const double cfl = 0.37;
 
-/* The time-step limit from the fields, by the definition: h = 2 sigma. */
+/* The limit from the fields, by its definition with h = 2 sigma; names its reason and its node. */
 static void expect_limit(const struct world *w, const char *reason, int node) {
   const double *signal = kith_nodes_field_named(w->nodes, "signal")->f64;
   double best = INFINITY;
@@ -165,7 +166,7 @@ static void expect_limit(const struct world *w, const char *reason, int node) {
     if (dt < best) best = dt, who = i;
   }
   const struct kith_timestep_limit timestep_limit = kith_package_timestep_limit(&w->package, cfl);
-  CHECK_CLOSE(timestep_limit.dt, best, 1e-6 * best); /* 2 sigma is given to six digits */
+  CHECK_CLOSE(timestep_limit.dt, best, 1e-6 * best); /* 2 sigma has six digits */
   CHECK(timestep_limit.node == w->nodes->id->i64[who] &&
         strcmp(kith_limit_name(timestep_limit.reason), reason) == 0);
   CHECK(who == node || node < 0);
@@ -187,11 +188,11 @@ static void check_limits(bool compatible) {
   expect_limit(&w, "courant", -1);
   h->acceleration->f64[3 * NDIM + NDIM - 1] = -1e4;
   expect_limit(&w, "acceleration", 3);
-  w.package.velocity_divergence->f64[5] = -1e5; /* compressed or torn apart: the support has to follow */
+  w.package.velocity_divergence->f64[5] = -1e5; /* compression or expansion: the support must follow */
   expect_limit(&w, "compression", 5);
   w.package.velocity_divergence->f64[7] = 2e5;
   expect_limit(&w, "compression", 7);
-  h->energy_rate->f64[4] = 1e9; /* heated: no matter */
+  h->energy_rate->f64[4] = 1e9; /* heating does not limit */
   expect_limit(&w, "compression", 7);
   for (int i = 0; i < n; ++i) /* the pressure of an isothermal gas does not follow its energy */
     if (w.nodes->list->u8[i] == 1) h->energy_rate->f64[i] = -1e9;
@@ -200,9 +201,9 @@ static void check_limits(bool compatible) {
   while (w.nodes->list->u8[cold] == 1) ++cold;
   h->energy_rate->f64[cold] = -1e8;
   expect_limit(&w, "cooling", cold);
-  h->energy->f64[cold] = 0; /* nothing to lose */
+  h->energy->f64[cold] = 0; /* no energy to lose */
   expect_limit(&w, "compression", 7);
-  for (int i = 0; i < n; ++i) { /* a tie: the smallest id, not the first index */
+  for (int i = 0; i < n; ++i) { /* a tie: the smallest id wins, not the first index */
     signal[i] = 1e12, w.nodes->support->f64[i] = 1, w.nodes->id->i64[i] = 1000 - i;
     for (int a = 0; a < NDIM; ++a) h->acceleration->f64[i * NDIM + a] = 0;
     w.package.velocity_divergence->f64[i] = 0;

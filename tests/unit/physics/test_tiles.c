@@ -1,6 +1,6 @@
-/* test_tiles.c - traversal pairs on more nodes than a tile has: the rates of traversal gather to round-off,
- * the same bits on any number of threads, and fewer evaluations. With images that are ghosts or shifts,
- * walls, gas that comes and goes, sleeping nodes, and block steps. */
+/* test_tiles.c - traversal pairs on more nodes than a tile holds. Oracle: traversal gather, to round-off. It
+ * must also be bitwise identical for 1 and 3 threads, and evaluate fewer pairs. With images that are ghosts
+ * or shifts, walls, inflow and outflow, a window, and block time steps. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
@@ -23,7 +23,7 @@ static void check(const char *settings, double tolerance) {
   if (scenario_open(&gather, box, "%s traversal=gather", settings) &&
       scenario_open(&pairs, box, "%s traversal=pairs", settings) &&
       scenario_open(&alone, box, "%s traversal=pairs", settings)) {
-    CHECK(gather.simulation->nodes->n_internal > 1000); /* tiles of 128 */
+    CHECK(gather.simulation->nodes->n_internal > 1000); /* a tile holds 128 */
     omp_set_num_threads(1);
     scenario_run(&alone, 3);
     omp_set_num_threads(3);

@@ -1,12 +1,13 @@
-/* Package viscosity against sums over all images of all nodes, its time step, and layers that a barrier
- * holds. */
+/* test_viscosity.c - package viscosity. Oracles: the equation summed over all images of all nodes
+ * (sph_world.h), with the normalization of kernel.h, which test_kernel.c tests; and the exact decay of flow
+ * in a channel. */
 #include "tests/unit/physics/added_world.h"
 #include "tests/unit/scenario.h"
 
-/* Sums of a few hundred terms, as of package sph. */
+/* Sums of a few hundred terms, as for package sph. */
 static const double round_off = 1e-11;
 
-/* Adds force and heat of node i from the equation, per mass. */
+/* Adds force and heat per mass of node i by the equation. */
 static void add_drag(const struct world *w, struct truth *t, int i, const double *mu) {
   const double *v = w->hydro.velocity->f64, *m = w->hydro.mass->f64;
   const uint8_t *list = w->nodes->list->u8;
@@ -50,7 +51,7 @@ static void check_sums(enum side side, enum kith_traversal traversal) {
   world_destroy(&w);
 }
 
-/* A channel between barriers at rest, along which fluid moves. */
+/* A fluid that moves along a channel between barriers at rest. */
 static const char channel[] =
     "resolution: 20\narrangement: equal-spacing\n"
     "domain: {lower: [-0.15, 0, 0], upper: [0.65, 0.3, 0.3]}\n"
@@ -65,8 +66,8 @@ static const char channel[] =
     "packages: [{name: viscosity, dynamic: 0.1}]\n"
     "until: 0.5\n";
 
-/* Nothing slips: v = sum over odd n of 4 / (n pi) sin(n pi x / L) exp(-nu (n pi / L)^2 t) of the start; and
- * what the walls take out of the motion is heat. */
+/* Without slip, v = sum over odd n of 4 / (n pi) sin(n pi x / L) exp(-nu (n pi / L)^2 t) of the start; and
+ * the kinetic energy that the walls take becomes heat. */
 static void check_channel(void) {
   struct scenario s = {0};
   double mean = 0, wanted = 0;
@@ -77,8 +78,8 @@ static void check_channel(void) {
       mean += hydro->velocity->f64[(size_t)i * NDIM + (NDIM > 1)] / hydro->nodes->n_internal;
     for (int n = 1; n < 20; n += 2)
       wanted += 8 / (n * n * M_PI * M_PI) * exp(-0.1 * n * n * M_PI * M_PI / 0.25 * 0.5);
-    /* What reverses the velocity of each node for all its partners is a wall to first order: half a spacing
-     * of 1/20 more between them, 20 % of what is left. With slip there would be nine times as much. */
+    /* A barrier reverses velocities for each node by itself, which is a wall to first order: half a spacing
+     * of 1/20 more between the walls, 20 % of what is left. With slip there would be nine times as much. */
     CHECK_CLOSE(mean, 0.1 * wanted, 0.22 * 0.1 * wanted);
     CHECK_CLOSE((now.kinetic + now.internal) / (s.start.kinetic + s.start.internal), 1, 1e-13);
   }
@@ -90,6 +91,6 @@ int main(void) {
     check_sums((enum side)side, KITH_TRAVERSE_GATHER);
     check_sums((enum side)side, KITH_TRAVERSE_PAIRS);
   }
-  if (NDIM == 2) check_channel(); /* in 3-D it takes a minute and says the same */
+  if (NDIM == 2) check_channel(); /* in 3-D it takes a minute, and tests nothing else */
   return check_failed();
 }

@@ -1,12 +1,13 @@
-/* A porous layer between two slabs passes the part of heat and of momentum that it should: as a layer of f
- * times the conductivity and viscosity. All starts even, the layer halfway between the slabs. */
+/* test_layer.c - a porous layer between two slabs passes the fraction f of heat and of momentum. Oracle: the
+ * exact solution for a layer with f times the conductivity and viscosity (Laplace transform, method of
+ * images), whose initial state is halfway between those of the slabs. */
 #include "tests/unit/scenario.h"
 
 static const char slabs[] =
     "resolution: {1d: 50, 2d: 40, 3d: 20}\n"
     "domain: {lower: [-1, 0, 0], upper: [1, 1, 1], across: {1d: 1, 2d: 8, 3d: 6}}\n"
     "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
-    "materials: {solid: {eos: isothermal, sound_speed: 1.0e-9}}\n" /* no pressure */
+    "materials: {solid: {eos: isothermal, sound_speed: 1.0e-9}}\n" /* nearly no pressure */
     "regions:\n"
     "  - {material: solid, lattice: cubic, where: {x: [-1, -0.1]}, density: 1, energy: 1,\n"
     "     velocity: [1.0e-4, 0, 0]}\n"
@@ -17,12 +18,12 @@ static const char slabs[] =
     "packages: [{name: conduction, conductivity: 1}, {name: viscosity, dynamic: 1}]\n"
     "scheme: {name: rk2}\nuntil: 0.02\n";
 
-/* The inverse of exp(-z sqrt(s)) / s^(3/2). */
+/* The inverse Laplace transform of exp(-z sqrt(s)) / s^(3/2). */
 static double inverse(double z, double t) {
   return 2 * sqrt(t / M_PI) * exp(-z * z / (4 * t)) - z * erfc(z / (2 * sqrt(t)));
 }
 
-/* What has passed the middle of the layer, by images: Laplace transform of two half spaces and a layer. */
+/* What has passed the middle of the layer, from two half spaces and a layer between them. */
 static double passed(double f, double t) {
   const double b = 1 / sqrt(f), r = (1 - b) / (1 + b);
   double sum = 0, sign = 1;
@@ -30,7 +31,7 @@ static double passed(double f, double t) {
   return sum / (1 + b);
 }
 
-/* Of the right half: energy and momentum, per area. */
+/* Energy and momentum of the right half, per area. */
 static void contents(const struct scenario *s, double out[2]) {
   const struct kith_hydro *hydro = &s->simulation->hydro;
   double area = 1;

@@ -1,5 +1,5 @@
-/* Package magma2: on disordered nodes the work of a linear velocity is exact, and pressures even out by heat
- * alone, which is exchanged. */
+/* test_work.c - package magma2: on disordered nodes a linear velocity does exactly the work -P div v, and at
+ * rest unequal pressures exchange heat, of which none is lost. */
 #include "tests/unit/scenario.h"
 
 static bool started(const struct scenario *s) {
@@ -18,7 +18,7 @@ static const char box[] =
 
 static const double divergence = NDIM == 1 ? 0.3 : NDIM == 2 ? 0.8 : 1.8;
 
-/* du/dt = - P / rho div v, away from the open sides. */
+/* du/dt = -(P / rho) div v at nodes away from the open sides. */
 static void check_work(void) {
   struct scenario s = {0};
   int inside = 0;
@@ -38,8 +38,9 @@ static void check_work(void) {
   scenario_close(&s);
 }
 
-/* At rest nothing works: heat goes from nodes of higher pressure to those of lower, none is lost. */
-static void check_evened(void) {
+/* Gas at rest does no work: heat flows from nodes of higher pressure to nodes of lower pressure, and its sum
+ * is zero. */
+static void check_pressure_exchange(void) {
   struct scenario s = {0};
   double sum = 0, size = 0, product = 0;
   if (scenario_open(&s, box, "regions.0.velocity=[0,0,0] regions.0.pressure=x<0.5?2:1") && started(&s)) {
@@ -56,6 +57,6 @@ static void check_evened(void) {
 
 int main(void) {
   check_work();
-  check_evened();
+  check_pressure_exchange();
   return check_failed();
 }

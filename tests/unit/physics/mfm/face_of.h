@@ -1,11 +1,11 @@
-/* face_of.h - the vector area of a face as the package has it, for either form. */
+/* face_of.h - for tests: the vector area of a face as package mfm computes it, in both forms. */
 #ifndef KITH_TEST_PHYSICS_MFM_FACE_OF_H
 #define KITH_TEST_PHYSICS_MFM_FACE_OF_H
 
 #include <math.h>
 #include "physics/mfm/faces.h"
 
-/* Whose entries have faces. */
+/* The rows whose entries have faces. */
 static inline const struct kith_rows *rows_of_faces(const struct mfm_faces *f,
                                                     const struct kith_connectivity *connectivity) {
   return f->form == MFM_FACES_INTEGRATED ? &f->graph.rows : &connectivity->rows;
@@ -15,7 +15,7 @@ static inline void one_point_part(const struct mfm_faces *f, kith_index k, doubl
                                   double *part) {
   const double inverse = 1 / f->nodes->support->f64[k], central = mfm_central(f, k);
   const double *matrix = f->matrix->f64 + (size_t)k * KITH_SYMMETRIC_SIZE;
-  switch (f->kernel) { /* a constant, as in the package */
+  switch (f->kernel) { /* the kernel is a compile-time constant, as in the package */
 #define X(name, ...)                                                                 \
   case KITH_KERNEL_##name:                                                           \
     mfm_one_point_part(KITH_KERNEL_##name, r, d, inverse, central, matrix, 1, part); \

@@ -1,5 +1,5 @@
-/* mfm_world.h - nodes in a box of unit cells with walls or periodic faces, their connectivity, and slow sums
- * from the equations alone: every node with every image of every node, the images enumerated here. */
+/* mfm_world.h - for tests of faces: nodes in a box of unit cells with reflecting or periodic sides, their
+ * connectivity, and all images of all nodes, enumerated here for slow sums. */
 #ifndef KITH_TEST_PHYSICS_MFM_WORLD_H
 #define KITH_TEST_PHYSICS_MFM_WORLD_H
 
@@ -36,7 +36,7 @@ static inline double cells_image(const struct cells *c, int a, double x, int ima
   return moved + image * c->length[a];
 }
 
-/* All images within `range` of the box. */
+/* Lists all images within `range` of the box. */
 static inline void cells_points(struct cells *c, double range) {
   int most[3] = {0}, count = 1;
   for (int a = 0; a < NDIM; ++a) {
@@ -46,7 +46,7 @@ static inline void cells_points(struct cells *c, double range) {
   free(c->point);
   c->point = malloc((size_t)(count * c->n) * sizeof *c->point);
   c->n_points = 0;
-  for (int pass = 0; pass < 2; ++pass) /* the nodes first */
+  for (int pass = 0; pass < 2; ++pass) /* nodes come first */
     for (int i = 0; i < c->n; ++i)
       for (int k0 = -most[0]; k0 <= most[0]; ++k0)
         for (int k1 = -most[1]; k1 <= most[1]; ++k1)
@@ -67,9 +67,9 @@ static inline double cells_distance(const struct cells *c, int p, int q) {
   return sqrt(kith_distance2(c->point[p].x, c->point[q].x));
 }
 
-/* Supports: sum w = neighbors / (ball C) over all images, bisected. */
+/* Computes supports from sum w = neighbors / (ball C) over all images, by bisection. */
 static inline void cells_supports(struct cells *c) {
-  const double mean = pow(c->neighbors / oracle_ball(), 1.0 / NDIM); /* a node per unit volume */
+  const double mean = pow(c->neighbors / oracle_ball(), 1.0 / NDIM); /* one node per unit volume */
   const double self = kith_kernel_self_weight(c->kernel, c->neighbors) * oracle_w(&c->oracle, 0);
   cells_points(c, 3 * mean);
   for (int i = 0; i < c->n; ++i) {
@@ -92,7 +92,7 @@ static inline double cells_volume(const struct cells *c, int node) {
   return oracle_ball() * kith_pow_dim(c->nodes->support->f64[node]) / c->neighbors;
 }
 
-/* Ghosts, search, lists. */
+/* Builds ghosts, search and neighbor lists. */
 static inline void cells_connect(struct cells *c, struct kith_requirements need, double reach) {
   for (int i = 0; i < c->n; ++i) c->nodes->search_radius->f64[i] = reach * c->nodes->support->f64[i];
   ++c->nodes->positions;
@@ -101,7 +101,8 @@ static inline void cells_connect(struct cells *c, struct kith_requirements need,
   CHECK_OK(kith_connectivity_build(c->connectivity, c->nodes, c->search, need, NULL, NULL));
 }
 
-/* count[a] unit cells along axis a with one node each, off its middle by `jitter` at most along each axis. */
+/* Creates count[a] unit cells along axis a with one node each, at most `jitter` off its center along each
+ * axis. */
 static inline void cells_create(struct cells *c, const int *count, const enum side *side, double jitter,
                                 enum kith_kernel kernel, double neighbors, uint64_t seed) {
   static const char *const names[] = {"gas"};
@@ -135,7 +136,7 @@ static inline void cells_destroy(struct cells *c) {
   kith_nodes_destroy(&c->nodes);
 }
 
-/* The point at the place of node or ghost j. */
+/* Returns the point that is the position of node or ghost j. */
 static inline int cells_point_of(const struct cells *c, kith_index j) {
   const double *x = c->nodes->position->f64 + (size_t)j * NDIM;
   const int node = (int)(c->nodes->id->i64[j] - 100);

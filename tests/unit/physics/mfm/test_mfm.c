@@ -1,10 +1,11 @@
-/* Package mfm against sums over the faces of each node with every image of every node; what it keeps at
- * rest. */
+/* test_mfm.c - package mfm. Oracle: sums over the faces of each node, with states, gradients and limiters
+ * computed here from every image of every node (sph_world.h); the faces themselves are the package's, and
+ * tested by test_mfm_faces.c. Also linear pressure, whose gradient is exact, and nodes on a line. */
 #include "physics/mfm/riemann.h"
 #include "tests/unit/physics/mfm/face_of.h"
 #include "tests/unit/physics/sph_world.h"
 
-/* The second is thinner than most supports. */
+/* The second box is thinner than most supports. */
 static const int boxes[][3] = {{NDIM == 1   ? 14
                                 : NDIM == 2 ? 7
                                             : 4,
@@ -18,7 +19,7 @@ struct form {
   enum kith_kernel kernel;
 };
 
-/* The world of package sph, with another package. */
+/* A world with package mfm. */
 static void mfm_create(struct world *w, const int *cells, enum side side, double jitter, const struct form *f,
                        uint64_t seed) {
   const struct method m = {f->kernel, KITH_VISCOSITY_NONE, f->traversal, f->compatible, 0, 0};
@@ -32,11 +33,11 @@ static const struct mfm_faces *faces_of(const struct world *w) {
   return w->package.self;
 }
 
-/* ---- the sums ---- */
+/* ---- the oracle ---- */
 
 struct mfm_truth {
   struct truth t;
-  struct partners far; /* of overlap */
+  struct partners far; /* partners within twice the supports, for integrated faces */
   double pressure_slope[MOST][NDIM], exchange[MOST];
 };
 
@@ -55,18 +56,19 @@ static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const
   double upper[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE];
   for (int a = 0, k = 0; a < NDIM; ++a)
     for (int b = a; b < NDIM; ++b) upper[k++] = moment[a][b];
-  const bool regular = mfm_invert(upper, inverse); /* its threshold is the package's own */
+  const bool regular = mfm_invert(upper, inverse); /* the threshold is that of the package */
   if (regular) truth_solve(moment, flux);
   for (int a = 0; a < NDIM; ++a) slope[a] = regular ? flux[a][0] : 0;
 }
 
-/* L of equation (4), from what it is for. */
+/* L of equation (4), by its bounds. */
 static double limit(double slope, double difference) {
   const double low = fmin(-difference, 1.5 * difference), high = fmax(-difference, 1.5 * difference);
   return fmin(fmax(slope, low), high);
 }
 
-/* State of `node`, an image of it with these signs, on its way along d towards values further by `change`. */
+/* The state at the face: extrapolated from `node` (or its image with these signs) along d, limited by the
+ * differences `change`. */
 static struct mfm_side state_of(const struct world *w, const struct mfm_truth *m, int node,
                                 const double *sign, const double *d, const double *n, const double *change) {
   const struct kith_material *material = &w->hydro.material[w->nodes->list->u8[node]];
@@ -106,7 +108,7 @@ static double stiffness_of(const struct world *w, int i) {
   return material_value(&w->hydro.material[w->nodes->list->u8[i]], "stiffness");
 }
 
-/* Equations (1) to (3). The faces are the package's: they have a test of their own. */
+/* Equations (1) to (3), with the faces of the package. */
 static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   const struct mfm_faces *f = faces_of(w);
   const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
@@ -138,7 +140,7 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
       heat += push * (star_v - v[i * NDIM + a]), heat_j += push * (vj - star_v);
     }
     rate += heat;
-    /* (3) */
+    /* Equation (3). */
     const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
     const double pi = m->t.pressure[i] + zero_i, pj = m->t.pressure[p->node] + zero_j;
     if (heat < 0 && star.pressure + zero_i > 4 * pi) rate -= heat * (1 - 4 * pi / (star.pressure + zero_i));
@@ -171,7 +173,7 @@ static void truth_clear_all(struct mfm_truth *m) {
 
 /* ---- the checks ---- */
 
-static const double round_off = 1e-11; /* as of package sph */
+static const double round_off = 1e-11; /* as for package sph */
 
 static void check_world(const struct form *form, enum side side, const int *cells, uint64_t seed) {
   struct world w;
@@ -207,18 +209,18 @@ static void check_worlds(void) {
                                 k & 4 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
                                 (enum kith_kernel)((k + side) % KITH_N_KERNELS)};
       const int *cells = boxes[side != OPEN && (k + side) % 3 == 0];
-      if (NDIM == 3 && (k + k / 4 + side) % 2 != 0) continue; /* half of them is time enough */
+      if (NDIM == 3 && (k + k / 4 + side) % 2 != 0) continue; /* half of them, to save time */
       check_world(&form, side, cells, ++seed);
     }
 }
 
-/* All lists an ideal gas, of this pressure p + g . x where nodes stand; at rest. */
+/* Makes all lists an ideal gas at rest, of pressure p + g . x. */
 static void make_gas(struct world *w, double pressure, const double *g) {
   const struct kith_material gas = material_of("ideal", "gamma=1.6666666666666667");
   for (int l = 0; l < 3; ++l) w->hydro.material[l] = gas;
   memset(w->hydro.velocity->f64, 0, (size_t)(w->nodes->n_internal * NDIM) * sizeof(double));
   world_base(w);
-  CHECK_OK(kith_integrator_start(&w->it)); /* densities */
+  CHECK_OK(kith_integrator_start(&w->it)); /* computes densities */
   for (int i = 0; i < w->nodes->n_internal; ++i) {
     double p = pressure;
     for (int a = 0; a < NDIM; ++a) p += g[a] * w->nodes->position->f64[i * NDIM + a];
@@ -227,7 +229,7 @@ static void make_gas(struct world *w, double pressure, const double *g) {
   CHECK_OK(world_evaluate(w));
 }
 
-/* Linear pressure: its gradient is exact on any nodes, also on the edge of an open box. */
+/* The gradient of a linear pressure is exact on any nodes, also at the edge of an open box. */
 static void check_linear(enum kith_kernel kernel) {
   const double g[3] = {0.07, -0.05, 0.03};
   const struct form form = {MFM_FACES_ONE_POINT, true, KITH_TRAVERSE_PAIRS, kernel};
@@ -235,21 +237,20 @@ static void check_linear(enum kith_kernel kernel) {
   mfm_create(&w, boxes[0], OPEN, 0.2, &form, 5);
   make_gas(&w, 2, g);
   for (int i = 0; i < w.nodes->n_internal; ++i)
-    for (int a = 0; a < NDIM; ++a)
-      CHECK_CLOSE(kith_nodes_field_named(w.nodes, "pressure_slope")->f64[i * NDIM + a], g[a],
-                  1e-12); /* 1e-16 P, condition 60 */
+    for (int a = 0; a < NDIM; ++a) /* tolerance: round-off 1e-16 P times a condition of 60, and sums */
+      CHECK_CLOSE(kith_nodes_field_named(w.nodes, "pressure_slope")->f64[i * NDIM + a], g[a], 1e-12);
   CHECK(w.package.fallbacks == 0);
   world_destroy(&w);
 }
 
-/* Nodes on a line have no gradient beyond 1-D; faces of SPH push them. */
+/* Above 1-D, nodes on a line have no gradient; then faces of SPH push them. */
 static void check_line(void) {
   const int cells[3] = {9, 1, 1};
   const struct form form = {MFM_FACES_ONE_POINT, true, KITH_TRAVERSE_PAIRS, KITH_KERNEL_cubic};
   struct world w;
   mfm_create(&w, cells, OPEN, 0, &form, 5);
-  for (int l = 0; l < w.nodes->n_lists; ++l)
-    w.hydro.material[l].cut = true; /* so thin that the stiff one is torn */
+  /* the stiffened material is so thin that it is torn apart */
+  for (int l = 0; l < w.nodes->n_lists; ++l) w.hydro.material[l].cut = true;
   CHECK_OK(kith_integrator_start(&w.it));
   CHECK(NDIM == 1 ? w.package.fallbacks == 0 : w.package.fallbacks >= 9);
   for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK(isfinite(w.hydro.acceleration->f64[k]));

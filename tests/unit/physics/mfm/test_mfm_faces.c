@@ -1,9 +1,10 @@
-/* Faces against sums over all images of all nodes, with the integrand as it is defined; and what closing them
- * does. */
+/* test_mfm_faces.c - the faces of package mfm. Oracle: sums over all images of all nodes, with the integrand
+ * as it is defined. Also identities: faces of a lattice are closed and exact for linear functions, and a face
+ * with an image is that of its control with an image. */
 #include "tests/unit/physics/mfm/face_of.h"
 #include "tests/unit/physics/mfm/mfm_world.h"
 
-/* About as many neighbors as the kernel wants, fewer in 3-D: the sums below are slow. */
+/* About the neighbors that the kernel needs; fewer in 3-D, since the sums below are slow. */
 static const double few = NDIM == 1 ? 4.2 : NDIM == 2 ? 16 : 30;
 
 static double w_of(const struct cells *c, int node, double r) {
@@ -11,7 +12,7 @@ static double w_of(const struct cells *c, int node, double r) {
   return r < h ? c->oracle.constant / kith_pow_dim(h) * oracle_w(&c->oracle, r / h) : 0;
 }
 
-/* grad W(x - x_p) at x, added to `sum`. */
+/* Adds `factor` times grad W(x - x_p) to `sum`. */
 static void add_gradient(const struct cells *c, int p, const double *x, double factor, double *sum) {
   const double h = c->nodes->support->f64[c->point[p].node];
   const double r = sqrt(kith_distance2(x, c->point[p].x));
@@ -20,7 +21,7 @@ static void add_gradient(const struct cells *c, int p, const double *x, double f
   for (int a = 0; a < NDIM; ++a) sum[a] += factor * g * (x[a] - c->point[p].x[a]);
 }
 
-/* s and grad s at every node. */
+/* s = sum W and grad s at every node. */
 static void partition(const struct cells *c, double *s, double *grad) {
   for (int k = 0; k < c->n; ++k) {
     s[k] = 0;
@@ -32,8 +33,8 @@ static void partition(const struct cells *c, double *s, double *grad) {
   }
 }
 
-/* V_k (psi_i grad psi_q - psi_q grad psi_i)(x_k) over all k, for node i and every point q:
- * area[n_points][NDIM]. */
+/* area[n_points][NDIM]: V_k (psi_i grad psi_q - psi_q grad psi_i)(x_k) summed over all k, for node i and
+ * every point q. */
 static void integrate(const struct cells *c, int i, const double *s, const double *grad, double *area) {
   memset(area, 0, (size_t)c->n_points * NDIM * sizeof *area);
   for (int k = 0; k < c->n_points; ++k) {
@@ -56,12 +57,12 @@ static void integrate(const struct cells *c, int i, const double *s, const doubl
   }
 }
 
-/* w of one-point faces. */
+/* The weight w of one-point faces. */
 static double weight_of(const struct cells *c, double q) {
   return NDIM == 1 ? oracle_w(&c->oracle, q) : -oracle_g(&c->oracle, q);
 }
 
-/* sum w dx dx of node i. */
+/* m = sum w dx dx of node i. */
 static void moments(const struct cells *c, int i, double *m) {
   const double h = c->nodes->support->f64[i];
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) m[k] = 0;
@@ -105,7 +106,7 @@ static void row_sum(const struct cells *c, const struct mfm_faces *f, kith_index
   }
 }
 
-/* 2 V d / tr sum A (x_q - x_i), within 0.25 of 1. */
+/* 2 V d / trace of sum A (x_q - x_i), limited to between 0.75 and 1.25. */
 static double stretch_of(const struct cells *c, int i, const double *area) {
   double trace = 0;
   for (int q = 0; q < c->n_points; ++q)
@@ -131,7 +132,7 @@ static void check_integrated(struct cells *c) {
       double area[NDIM];
       face_of(&f, c->connectivity, i, e, area);
       for (int a = 0; a < NDIM; ++a)
-        CHECK_CLOSE(area[a], more * want[q * NDIM + a], 1e-13); /* terms of order 1 */
+        CHECK_CLOSE(area[a], more * want[q * NDIM + a], 1e-13); /* terms are of order 1 */
       for (int a = 0; a < NDIM; ++a) want[q * NDIM + a] = 0;
     }
     for (size_t k = 0; k < row; ++k) CHECK_CLOSE(want[k], 0, 1e-16); /* no face is missing */
@@ -154,7 +155,7 @@ static void check_one_point(struct cells *c) {
         double m[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE];
         if (r >= h) continue;
         moments(c, k, m);
-        if (!mfm_invert(m, inverse)) { /* few neighbors and their mirror images may lie in a plane */
+        if (!mfm_invert(m, inverse)) { /* few neighbors and their mirror images may be in a plane */
           const double volume2 = cells_volume(c, k) * cells_volume(c, k);
           add_gradient(c, end == 0 ? i : q, c->point[end == 0 ? q : i].x, end == 0 ? -volume2 : volume2,
                        want);
@@ -173,8 +174,7 @@ static void check_one_point(struct cells *c) {
   mfm_faces_clear(&f);
 }
 
-/* A face with an image is the face of its control with an image: A_(j, image of i) = - S A_(i, image of j).
- * Then what one node loses another gains. */
+/* A_(j, image of i) = -S A_(i, image of j): what one node loses, another one gains. */
 static void check_images(const struct cells *c, const struct mfm_faces *f, double tolerance) {
   const struct kith_rows *rows = rows_of_faces(f, c->connectivity);
   for (int i = 0; i < c->n; ++i)
@@ -212,7 +212,7 @@ static void check_box(const int *count, const enum side *side, enum kith_kernel 
   cells_destroy(&c);
 }
 
-/* Every combination of boundaries; boxes thinner than the supports. */
+/* Every combination of boundaries, also in boxes thinner than the supports. */
 static void check_boxes(void) {
   const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 4, NDIM == 2 ? 6 : 4, 3}, {2, 3, 3}};
   uint64_t seed = 1;
@@ -225,7 +225,7 @@ static void check_boxes(void) {
     }
 }
 
-/* A lattice is closed as it is, and sum_j A_ij (x_j - x_i) = 2 V. */
+/* On a lattice faces are closed, and sum_j A_ij (x_j - x_i) = 2 V. */
 static void check_lattice(void) {
   const int count[3] = {6, 6, 6};
   const enum side side[3] = {PERIODIC, PERIODIC, PERIODIC};
@@ -255,37 +255,38 @@ static void check_lattice(void) {
   cells_destroy(&c);
 }
 
-struct figures {
+struct face_statistics {
   double residual, whole, faces;
 };
 
-static struct figures figures_of(struct cells *c, enum mfm_faces_form form) {
+static struct face_statistics statistics_of(struct cells *c, enum mfm_faces_form form) {
   struct mfm_faces f = faces_of(c, form);
   const struct kith_rows *rows = rows_of_faces(&f, c->connectivity);
-  struct figures figures = {0};
+  struct face_statistics face_statistics = {0};
   for (int i = 0; i < c->n; ++i) {
     double sum[NDIM], whole, area[NDIM];
     row_sum(c, &f, i, sum, &whole);
-    figures.residual += kith_norm(sum) / c->n;
-    figures.whole += whole / c->n;
+    face_statistics.residual += kith_norm(sum) / c->n;
+    face_statistics.whole += whole / c->n;
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       face_of(&f, c->connectivity, i, e, area);
-      figures.faces += (kith_norm(area) > 0) / (double)c->n;
+      face_statistics.faces += (kith_norm(area) > 0) / (double)c->n;
     }
   }
   mfm_faces_clear(&f);
-  return figures;
+  return face_statistics;
 }
 
-/* What integrated faces buy on disordered nodes: two fifths of the open area, three quarters of the area, for
- * three times the faces. Nodes of unit volume, 20 neighbors, in 2-D; some 250 nodes tell these means to 10
- * %. */
-static void check_figures(void) {
+/* Disordered nodes of unit volume in 2-D, with 20 neighbors: integrated faces leave two fifths of the open
+ * area and have three quarters of the area, with three times as many faces. The values are measured; means
+ * over some 250 nodes vary by 10 % from one arrangement to another. */
+static void check_statistics(void) {
   const int count[3] = {16, 16, 1};
   const enum side side[3] = {PERIODIC, PERIODIC, PERIODIC};
   struct cells c;
   cells_create(&c, count, side, 0.3, KITH_KERNEL_wendland_c2, 20, 3);
-  const struct figures one = figures_of(&c, MFM_FACES_ONE_POINT), all = figures_of(&c, MFM_FACES_INTEGRATED);
+  const struct face_statistics one = statistics_of(&c, MFM_FACES_ONE_POINT),
+                               all = statistics_of(&c, MFM_FACES_INTEGRATED);
   CHECK_CLOSE(one.residual, 0.42, 0.04);
   CHECK_CLOSE(all.residual, 0.18, 0.02);
   CHECK_CLOSE(one.whole, 3.28, 0.1);
@@ -295,7 +296,7 @@ static void check_figures(void) {
   cells_destroy(&c);
 }
 
-/* Nodes on a line have no matrix beyond 1-D: the faces of SPH, along the line. */
+/* Above 1-D, nodes on a line have no regular matrix: their faces are those of SPH, along the line. */
 static void check_line(void) {
   const int count[3] = {8, 1, 1};
   const enum side side[3] = {OPEN, OPEN, OPEN};
@@ -316,7 +317,7 @@ static void check_line(void) {
   cells_destroy(&c);
 }
 
-/* Worst directions of 1/60 and of 1/100. */
+/* Matrices whose smallest eigenvalue is 1/60 are inverted, those with 1/100 are not. */
 static void check_inverse(void) {
 #if NDIM == 2
   const double good[] = {1, 0, 1. / 60}, bad[] = {1, 0, 1. / 100};
@@ -334,7 +335,7 @@ static void check_inverse(void) {
 int main(void) {
   check_inverse();
   check_lattice();
-  if (NDIM == 2) check_figures();
+  if (NDIM == 2) check_statistics();
   check_boxes();
   check_line();
   return check_failed();

@@ -1,5 +1,6 @@
-/* Package remix: the density of a scene is that of the nodes, sharp where the spacing jumps; it follows the
- * flow; and a contact of equal masses keeps its pressure. */
+/* test_contact.c - package remix: its initial density is that of the scene, sharp where the spacing jumps;
+ * density follows an expanding flow (oracle: the exact density); and a contact between equal masses has a
+ * smaller pressure error than with package sph. */
 #include "tests/unit/scenario.h"
 
 static bool started(const struct scenario *s) {
@@ -17,7 +18,7 @@ static const char tube[] =
     "  - {material: gas, lattice: cubic, where: {x: [0, 0.5]}, density: 1, pressure: 1}\n"
     "until: 0.3\nmethod: {package: remix}\n";
 
-/* Largest error of the pressure, relative; at the start of the density as well. */
+/* The largest relative error of pressure; at the start also of density. */
 static double pressure_error(const struct scenario *s, bool start) {
   const struct kith_hydro *h = &s->simulation->hydro;
   double error = 0;
@@ -30,7 +31,7 @@ static double pressure_error(const struct scenario *s, bool start) {
 }
 
 static void check_contact(void) {
-  double error[2][2] = {{0}}; /* sph, remix; at the start, later */
+  double error[2][2] = {{0}}; /* [sph, remix][at the start, later] */
   for (int k = 0; k < 2; ++k) {
     struct scenario s = {0};
     if (scenario_open(&s, tube, "method.package=%s", k == 0 ? "sph" : "remix") && started(&s)) {
@@ -39,14 +40,14 @@ static void check_contact(void) {
     }
     scenario_close(&s);
   }
-  CHECK(error[0][0] > 0.3 && error[0][1] > 0.3); /* what a sum makes of it */
+  CHECK(error[0][0] > 0.3 && error[0][1] > 0.3); /* errors of a density that is summed */
   CHECK(error[1][0] < 1e-12);
   CHECK(error[1][1] > 0 && error[1][1] < 0.5 * error[0][1]);
   if (check_failures > 0)
     fprintf(stderr, "errors %g %g, remix %g %g\n", error[0][0], error[0][1], error[1][0], error[1][1]);
 }
 
-/* Gas that expands with v = x / 2 from the middle: rho (1 + t / 2)^d is constant. */
+/* Gas that expands with v = x / 2: rho (1 + t / 2)^d is constant. Tolerance: the error of steps of 0.01. */
 static void check_follows(void) {
   struct scenario s = {0};
   if (scenario_open(&s, tube,

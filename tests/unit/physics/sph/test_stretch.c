@@ -1,5 +1,6 @@
-/* Supports that are ellipsoids: nodes strained by powers of 2 with supports strained alike have the bits of
- * the unstrained ones: rows, supports, densities; and forces of pressure, whose gradient is strained. */
+/* test_stretch.c - supports that are ellipsoids. Oracle: the same nodes with spherical supports: if both
+ * nodes and supports are strained by powers of 2, rows, supports and densities are bitwise identical, and
+ * pressure forces are those of the strained gradient. */
 #include "tests/unit/physics/sph_world.h"
 
 static void strain(struct world *w, const double *by) {
@@ -23,13 +24,13 @@ static void against_spheres(const char *search, const double *by) {
   struct world w[2];
   for (int k = 0; k < 2; ++k) {
     world_create(&w[k], cells, PERIODIC, 0.3, &m, 7);
-    world_package(&w[k], "sph", &m, "conduction=1"); /* so that both pack all fields */
+    world_package(&w[k], "sph", &m, "conduction=1"); /* so that both evaluate all fields */
     rest(&w[k]);
     if (k == 1) strain(&w[k], by);
     kith_search_destroy(&w[k].search);
     CHECK_OK(kith_search_create(&w[k].search, kith_search_find(search), w[k].nodes));
     w[k].it.search = w[k].search;
-    for (int again = 0; again < 3; ++again) { /* supports that outgrow their search radii */
+    for (int again = 0; again < 3; ++again) { /* supports may outgrow search radii at first */
       const kith_status status = world_evaluate(&w[k]);
       CHECK(status == KITH_OK || status == KITH_OUTGROWN);
     }
@@ -69,7 +70,7 @@ int main(void) {
   const struct kith_search_ops *const *all = kith_search_all();
   for (int s = 0; all[s] != NULL; ++s)
     for (int k = 0; k < 3; ++k)
-      if (NDIM < 3 || k == s % 3) against_spheres(all[s]->name, by[k]); /* in 3-D it takes seconds */
+      if (NDIM < 3 || k == s % 3) against_spheres(all[s]->name, by[k]); /* in 3-D fewer, to save time */
   refusals();
   return check_failed();
 }
