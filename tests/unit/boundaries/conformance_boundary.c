@@ -1,11 +1,11 @@
-/* The contract of the family of boundaries, for every member of its list.
+/* conformance_boundary.c - every boundary.
  *
- * Ghosts: against all images, listed by repeated reflection and shifting in a range that is larger than any
- * search radius. Every image that is significant for an internal node is there once, and none is there but by
- * the rule of boundary.h. Boxes much larger than the supports, as large, and several times thinner; nodes on
- * faces, edges and corners, outside of the box, or a single one; every combination of boundaries of the axes.
- * Culling: ghosts created are those kept and those culled, boundary by boundary.
- * Enforcing: every node ends inside, as one of its images. Bad settings are refused. */
+ * Ghosts: the oracle lists all images by repeated reflection and shifting, farther than any search radius.
+ * Every image that an internal node may interact with is there once, and no image breaks the rule of
+ * boundary.h. Boxes are much larger than the supports, as large, and several times thinner; nodes are on
+ * faces, edges and corners, outside of the box, or there is one; all combinations of boundaries are tested.
+ * Culling: of each boundary, ghosts that were created are kept or culled.
+ * Enforcing: every node ends inside of the box, as one of its images. Bad settings are refused. */
 #include "tests/check.h"
 #include "boundaries/boundary.h"
 #include "lib/core/param.h"
@@ -15,17 +15,18 @@
 
 enum { MOST_NODES = 80, MOST_WORDS = 80, MOST_SIDES = 32 };
 
-/* What an axis may have: each member with faces on the sides that it can act on. side[0]: open. */
+/* What an axis may have: side[0] is open, the others are members with faces on the sides where they can
+ * be. */
 struct side {
   const struct kith_boundary_ops *ops; /* NULL: open */
   bool at_lower, at_upper;
   void *settings;
-  double velocity; /* of the face */
+  double velocity; /* of its face */
 };
 static struct side side[MOST_SIDES];
 static int n_sides;
 
-/* Defaults, and 0.3 where there is none. */
+/* Default settings, and 0.3 for settings without a default. */
 static void *settings_of(const struct kith_boundary_ops *ops) {
   char assignments[128] = "";
   void *settings = NULL;
@@ -55,8 +56,8 @@ static void list_sides(void) {
   CHECK(n_sides > 5);
 }
 
-/* One image along one axis: x -> sign x + shift; `beyond` is -1 or 1 for the face it lies behind, 0 for the
- * node itself. */
+/* An image along one axis, called a word: x -> sign x + shift. `beyond` is -1 or 1 for the face behind which
+ * it is, 0 for the node itself. */
 struct word {
   double sign, shift;
   int beyond;
@@ -71,9 +72,8 @@ static void add_word(struct words *words, double sign, double shift, int beyond)
   ++words->n;
 }
 
-/* Reflections in turn at one face, then the other: r_1 x, r_2 r_1 x, ... Those starting at the upper face
- * with an odd number of reflections lie above; with an even number, starting above ends below: x -> 2 u - x
- * -> 2 l - 2 u + x. */
+/* Adds reflections at one face and the other in turn: r_1 x, r_2 r_1 x, ... An odd number of reflections that
+ * starts at the upper face ends above; an even number ends below: x -> 2 u - x -> 2 l - 2 u + x. */
 static void add_turns(struct words *words, double lower, double upper, bool start_upper, int turns) {
   double sign = 1, shift = 0;
   bool at_upper = start_upper;
@@ -92,7 +92,8 @@ static struct words list_words(const struct side *on, double lower, double upper
     add_word(&words, 1, k * (upper - lower), 1);
     add_word(&words, 1, -k * (upper - lower), -1);
   }
-  if (on->ops != NULL && !on->ops->wraps && !kith_boundary_passes(on->ops)) { /* zones are empty here */
+  /* inflow and outflow zones are empty here */
+  if (on->ops != NULL && !on->ops->wraps && !kith_boundary_passes(on->ops)) {
     const int turns = on->at_lower && on->at_upper ? range : 1;
     if (on->at_lower) add_turns(&words, lower, upper, false, turns);
     if (on->at_upper) add_turns(&words, lower, upper, true, turns);
@@ -101,8 +102,8 @@ static struct words list_words(const struct side *on, double lower, double upper
   return words;
 }
 
-struct scene {
-  int side[NDIM]; /* of `side` */
+struct box_scene {
+  int side[NDIM]; /* an index of `side` */
   double lower[NDIM], upper[NDIM], factor;
   int n, n_lists;
   double x[MOST_NODES][NDIM], radius[MOST_NODES], v[MOST_NODES][NDIM];
@@ -110,7 +111,7 @@ struct scene {
   struct words words[NDIM];
 };
 
-static struct kith_nodes *make_nodes(const struct scene *s) {
+static struct kith_nodes *make_nodes(const struct box_scene *s) {
   static const char *const names[] = {"a", "b", "c"};
   static const struct kith_field_spec velocity = {"velocity", KITH_VELOCITY, KITH_F64, KITH_STATE, NULL, ""};
   struct kith_nodes *nodes = NULL;
@@ -129,10 +130,10 @@ static struct kith_nodes *make_nodes(const struct scene *s) {
   return nodes;
 }
 
-static const double now = 0.25; /* when faces are at lower and upper */
+static const double now = 0.25; /* the time at which faces are at lower and upper */
 
-/* The order of the axes does not matter. */
-static struct kith_boundaries make_boundaries(const struct scene *s) {
+/* The order of axes must not matter. */
+static struct kith_boundaries make_boundaries(const struct box_scene *s) {
   struct kith_boundaries all = {0};
   for (int a = NDIM - 1; a >= 0; --a) {
     const struct side *on = &side[s->side[a]];
@@ -146,7 +147,7 @@ static struct kith_boundaries make_boundaries(const struct scene *s) {
   return all;
 }
 
-/* What a ghost is: its root, and its way there as one word per axis. */
+/* The node that a ghost is an image of, and its word on each axis. */
 struct origin {
   kith_index root;
   double sign[NDIM], shift[NDIM];
@@ -174,22 +175,22 @@ static void find_origins(const struct kith_nodes *nodes, struct origin *origin) 
   }
 }
 
-/* The word with this sign and shift. 1e-9: rounding of a few shifts of order 10 is far less, other words are
- * 0.1 away. */
+/* Finds the word with this sign and shift. 1e-9: rounding of a few shifts of order 10 is far less, and other
+ * words are 0.1 away. */
 static int find_word(const struct words *words, double sign, double shift) {
   for (int w = 0; w < words->n; ++w)
     if (words->word[w].sign == sign && fabs(words->word[w].shift - shift) < 1e-9) return w;
   return -1;
 }
 
-/* Number of a root and its words. */
-static size_t key_of(const struct scene *s, kith_index root, const int *w) {
+/* A number for a root and its words. */
+static size_t key_of(const struct box_scene *s, kith_index root, const int *w) {
   size_t key = (size_t)root;
   for (int a = 0; a < NDIM; ++a) key = key * (size_t)s->words[a].n + (size_t)w[a];
   return key;
 }
 
-static void count_ghosts(const struct scene *s, const struct kith_nodes *nodes, uint8_t *count) {
+static void count_ghosts(const struct box_scene *s, const struct kith_nodes *nodes, uint8_t *count) {
   const kith_index n = kith_nodes_count(nodes);
   const double *v = kith_nodes_field_named(nodes, "velocity")->f64;
   struct origin *origin = malloc(sizeof *origin * (size_t)n);
@@ -202,9 +203,8 @@ static void count_ghosts(const struct scene *s, const struct kith_nodes *nodes, 
     for (int a = 0; a < NDIM; ++a) {
       w[a] = find_word(&s->words[a], o->sign[a], o->shift[a]);
       known = known && w[a] >= 0;
-      const double place = o->sign[a] * s->x[o->root][a] + o->shift[a];
-      bad += !(fabs(nodes->position->f64[g * NDIM + a] - place) <=
-               1e-12); /* coordinates of order 10, few roundings */
+      const double image = o->sign[a] * s->x[o->root][a] + o->shift[a];
+      bad += !(fabs(nodes->position->f64[g * NDIM + a] - image) <= 1e-12); /* few roundings of 10 */
       bad += v[g * NDIM + a] !=
              o->sign[a] * s->v[o->root][a] + (o->sign[a] < 0 ? 2 * side[s->side[a]].velocity : 0);
     }
@@ -215,8 +215,8 @@ static void count_ghosts(const struct scene *s, const struct kith_nodes *nodes, 
   free(origin);
 }
 
-/* Does the rule of boundary.h make this image on axis a? 1, 0, or -1: too close to tell. */
-static int by_rule(const struct scene *s, int a, const struct word *word, kith_index root) {
+/* Does the rule of boundary.h create this image along axis a? 1: yes, 0: no, -1: too close to tell. */
+static int by_rule(const struct box_scene *s, int a, const struct word *word, kith_index root) {
   if (word->beyond == 0) return 1;
   const double face = word->beyond > 0 ? s->upper[a] : s->lower[a];
   const double depth = word->beyond * (word->sign * s->x[root][a] + word->shift - face);
@@ -230,7 +230,7 @@ static int by_rule(const struct scene *s, int a, const struct word *word, kith_i
   return fabs(depth - limit) < 1e-9 ? -1 : depth < limit;
 }
 
-static bool is_significant(const struct scene *s, const double *x, double radius) {
+static bool is_significant(const struct box_scene *s, const double *x, double radius) {
   for (int i = 0; i < s->n; ++i) {
     const double r = s->factor * fmax(radius, s->radius[i]);
     if (kith_distance2(x, s->x[i]) <= r * r) return true;
@@ -238,7 +238,7 @@ static bool is_significant(const struct scene *s, const double *x, double radius
   return false;
 }
 
-static void check_counts(const struct scene *s, const uint8_t *count, size_t n_keys) {
+static void check_counts(const struct box_scene *s, const uint8_t *count, size_t n_keys) {
   static int8_t made[MOST_NODES][NDIM][MOST_WORDS];
   for (kith_index root = 0; root < s->n; ++root)
     for (int a = 0; a < NDIM; ++a)
@@ -281,7 +281,7 @@ static void check_counts(const struct scene *s, const uint8_t *count, size_t n_k
   CHECK(wrong == 0);
 }
 
-/* Culls what is not drawn: drawn ghosts and their controls are left, as they were. */
+/* Culls random ghosts: those that are kept, and the controls of their chain, must stay as they were. */
 static void check_cull(const struct kith_boundaries *all, struct kith_nodes *nodes, uint64_t *seed) {
   const kith_index n = kith_nodes_count(nodes), n_ghost = nodes->n_ghost;
   int created[NDIM] = {0}, kept[NDIM] = {0}, culled[NDIM] = {0}, wrong = 0;
@@ -302,7 +302,7 @@ static void check_cull(const struct kith_boundaries *all, struct kith_nodes *nod
   CHECK_OK(kith_nodes_cull_ghosts(nodes, keep, renumber));
   for (int b = 0; b < nodes->n_blocks; ++b) kept[nodes->blocks[b].boundary] += nodes->blocks[b].count;
   for (int b = 0; b < all->n; ++b) CHECK(created[b] == culled[b] + kept[b]);
-  for (int round = 0; round < 2; ++round) { /* as they were moved, and as they follow their controls */
+  for (int round = 0; round < 2; ++round) { /* after the move, and after a refresh from their controls */
     for (kith_index i = nodes->n_internal; i < n; ++i)
       wrong += (renumber[i] >= 0) != needed[i] ||
                (needed[i] && memcmp(nodes->position->f64 + (size_t)renumber[i] * NDIM, x + (size_t)i * NDIM,
@@ -313,7 +313,7 @@ static void check_cull(const struct kith_boundaries *all, struct kith_nodes *nod
   free(keep), free(needed), free(renumber), free(x);
 }
 
-static void check_scene(struct scene *s) {
+static void check_scene(struct box_scene *s) {
   static uint64_t seed = 9;
   double most = 0;
   for (int i = 0; i < s->n; ++i) most = fmax(most, s->radius[i]);
@@ -325,7 +325,7 @@ static void check_scene(struct scene *s) {
   struct kith_nodes *nodes = make_nodes(s);
   struct kith_boundaries all = make_boundaries(s);
   CHECK_OK(kith_boundaries_ghosts(&all, nodes, s->factor, NULL));
-  CHECK_OK(kith_boundaries_ghosts(&all, nodes, s->factor, NULL)); /* drops those of the first */
+  CHECK_OK(kith_boundaries_ghosts(&all, nodes, s->factor, NULL)); /* replaces the ghosts of the first call */
   uint8_t *count = calloc(n_keys, 1);
   count_ghosts(s, nodes, count);
   check_counts(s, count, n_keys);
@@ -335,9 +335,9 @@ static void check_scene(struct scene *s) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Radii 8 : 1. `out`: how far nodes may stick out of the box, in lengths. Every third node is on a face, edge
- * or corner. */
-static void fill_random(struct scene *s, int n, double search_radius, double out, uint64_t *seed) {
+/* Radii differ by up to 8 : 1. `out`: how far nodes may be outside of the box, in lengths. Every third node
+ * is on a face, edge or corner. */
+static void fill_random(struct box_scene *s, int n, double search_radius, double out, uint64_t *seed) {
   s->n = n;
   for (int i = 0; i < n; ++i) {
     s->radius[i] = i == 0   ? search_radius
@@ -351,8 +351,8 @@ static void fill_random(struct scene *s, int n, double search_radius, double out
   }
 }
 
-/* 3 nodes an axis: lower face, the middle, upper face. */
-static void fill_lattice(struct scene *s, double search_radius) {
+/* 3 nodes along each axis: on the lower face, in the middle and on the upper face. */
+static void fill_lattice(struct box_scene *s, double search_radius) {
   s->n = NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27;
   for (int i = 0; i < s->n; ++i) {
     s->radius[i] = i % 5 == 0 ? search_radius : search_radius / 8;
@@ -361,7 +361,7 @@ static void fill_lattice(struct scene *s, double search_radius) {
   }
 }
 
-static void finish(struct scene *s, uint64_t *seed) {
+static void finish(struct box_scene *s, uint64_t *seed) {
   s->n_lists = 3;
   for (int i = 0; i < s->n; ++i) {
     s->list[i] = 2 * (i > s->n / 2); /* list 1 is empty */
@@ -369,24 +369,23 @@ static void finish(struct scene *s, uint64_t *seed) {
   }
 }
 
-/* In 3-D, of the combinations with a one-sided member a fifth. */
-static bool is_skipped(const struct scene *s, int c) {
+/* In 3-D a fifth of the combinations with a one-sided member suffices. */
+static bool is_skipped(const struct box_scene *s, int c) {
   bool one_side = false;
   for (int a = 0; a < NDIM; ++a) one_side = one_side || (s->side[a] > 0 && side[s->side[a]].ops->one_side);
   return NDIM == 3 && one_side && c % 5 != 0;
 }
 
 static void check_combinations(void) {
-  const double length[] = {20, 1.1, 0.3}; /* for supports up to 1 */
+  const double length[] = {20, 1.1, 0.3}; /* supports are up to 1 */
   uint64_t seed = 1;
   int combinations = 1;
   for (int a = 0; a < NDIM; ++a) combinations *= n_sides;
   for (int c = 0; c < combinations; ++c)
     for (int l = 0; l < 3; ++l)
       for (int kind = 0; kind < 4; ++kind) {
-        if (NDIM == 3 && l == 2 && (c + kind) % 3 != 0)
-          continue; /* the most expensive ones: a third of them */
-        struct scene s = {.factor = 1};
+        if (NDIM == 3 && l == 2 && (c + kind) % 3 != 0) continue; /* of the most expensive ones a third */
+        struct box_scene s = {.factor = 1};
         for (int a = 0, k = c; a < NDIM; ++a, k /= n_sides) {
           s.side[a] = k % n_sides;
           s.lower[a] = a == 0 ? -0.7 : a == 1 ? 0 : 0.1;
@@ -395,8 +394,8 @@ static void check_combinations(void) {
         if (is_skipped(&s, c)) continue;
         if (kind == 0) fill_random(&s, 8, 1, 0, &seed);
         if (kind == 1) fill_random(&s, 8, 1, l == 0 ? 0.01 : 0.4, &seed);
-        if (kind == 2)
-          fill_lattice(&s, l == 0 ? 10 : l == 1 ? 0.55 : 0.6); /* whole spacings on axis 0: exact ties */
+        /* whole spacings on axis 0: exact ties */
+        if (kind == 2) fill_lattice(&s, l == 0 ? 10 : l == 1 ? 0.55 : 0.6);
         if (kind == 3) fill_random(&s, 1, 1, 0, &seed);
         finish(&s, &seed);
         check_scene(&s);
@@ -405,12 +404,12 @@ static void check_combinations(void) {
       }
 }
 
-/* One sheet of mixed boxes: thin on one axis, wide on the others. */
+/* Boxes that are thin along one axis and wide along the others. */
 static void check_mixed_lengths(void) {
   uint64_t seed = 2;
   for (int thin = 0; thin < NDIM; ++thin)
     for (int k = 0; k < n_sides * n_sides; ++k) {
-      struct scene s = {.factor = 1};
+      struct box_scene s = {.factor = 1};
       for (int a = 0; a < NDIM; ++a) {
         s.side[a] = a == thin ? k / n_sides : k % n_sides;
         s.lower[a] = 0, s.upper[a] = a == thin ? 0.1 : 3;
@@ -421,12 +420,12 @@ static void check_mixed_lengths(void) {
     }
 }
 
-/* All nodes far below the box, or far above it: the image that matters is not the first one. */
+/* All nodes are far below or above the box, so that the first image is not the one that matters. */
 static void check_far_out(void) {
   uint64_t seed = 3;
   for (int k = 1; k < n_sides; ++k)
     for (int above = 0; above < 2; ++above) {
-      struct scene s = {.factor = 1};
+      struct box_scene s = {.factor = 1};
       for (int a = 0; a < NDIM; ++a) s.side[a] = k, s.lower[a] = -1, s.upper[a] = 1;
       fill_random(&s, 8, 0.3, 0, &seed);
       for (int i = 0; i < s.n; ++i) s.x[i][0] = above ? 2.7 + 0.1 * s.x[i][0] : -2.7 + 0.1 * s.x[i][0];
@@ -437,11 +436,11 @@ static void check_far_out(void) {
 
 /* ---- enforcing ---- */
 
-/* Nodes up to three lengths off the box, on the last axis: each ends inside, as the one of its images that is
- * there; those that were inside stay as they are. */
+/* Nodes up to three lengths outside of the box, along the last axis: each ends inside, as the image that is
+ * there; nodes that were inside stay. */
 static void check_enforce(const struct side *on, uint64_t *seed) {
   enum { N = 40, A = NDIM - 1 };
-  struct scene s = {.n = N, .n_lists = 1};
+  struct box_scene s = {.n = N, .n_lists = 1};
   struct kith_boundaries all = {0};
   const double lower = -0.3, upper = 0.9;
   fill_random(&s, 0, 1, 0, seed);
@@ -483,7 +482,7 @@ static void check_enforce(const struct side *on, uint64_t *seed) {
   nodes->position->f64[5 * NDIM + A] = 0;
   const uint64_t before = nodes->positions;
   CHECK_OK(kith_boundaries_enforce(&all, nodes, true, true));
-  CHECK(nodes->positions == before); /* the others are put back */
+  CHECK(nodes->positions == before); /* the other nodes have been put back */
   if (on->at_lower && on->at_upper) {
     boundary->lower = boundary->upper; /* faces that have met */
     CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, true, true));
@@ -495,8 +494,8 @@ static void check_enforce(const struct side *on, uint64_t *seed) {
 
 /* ---- what all members have in common ---- */
 
-static void refuse(const struct kith_boundary_ops *ops, int axis, double lower, double upper, bool at_lower,
-                   bool at_upper) {
+static void check_refused(const struct kith_boundary_ops *ops, int axis, double lower, double upper,
+                          bool at_lower, bool at_upper) {
   struct kith_boundaries all = {0};
   CHECK_STATUS(ops->has_faces ? KITH_BAD_INPUT : KITH_OK,
                kith_boundaries_add(&all, ops, axis, lower, upper, at_lower, at_upper));
@@ -513,17 +512,17 @@ static void check_member(const struct kith_boundary_ops *ops) {
   CHECK(ops->doc != NULL && kith_boundary_find(ops->name) == ops);
   CHECK(!(ops->wraps && ops->one_side) && (ops->has_faces || !(ops->wraps || ops->one_side)));
   CHECK((ops->enforce != NULL) == (ops->has_faces && !kith_boundary_passes(ops)));
-  CHECK(!(ops->wraps && ops->keeps_lists)); /* a wrap takes a node away from its neighbors */
-  refuse(ops, NDIM, 0, 1, true, both);
-  refuse(ops, -1, 0, 1, true, both);
-  refuse(ops, 0, 1, 1, true, both);
-  refuse(ops, 0, 1, 0, true, both);
-  refuse(ops, 0, NAN, 1, true, both);
-  refuse(ops, 0, 0, INFINITY, true, both);
-  refuse(ops, 0, 0, 1, false, false);
-  if (ops->wraps) refuse(ops, 0, 0, 1, true, false);
-  if (ops->one_side) refuse(ops, 0, 0, 1, true, true);
-  /* Without a node; then a second one on the axis. */
+  CHECK(!(ops->wraps && ops->keeps_lists)); /* wrapping takes a node away from its neighbors */
+  check_refused(ops, NDIM, 0, 1, true, both);
+  check_refused(ops, -1, 0, 1, true, both);
+  check_refused(ops, 0, 1, 1, true, both);
+  check_refused(ops, 0, 1, 0, true, both);
+  check_refused(ops, 0, NAN, 1, true, both);
+  check_refused(ops, 0, 0, INFINITY, true, both);
+  check_refused(ops, 0, 0, 1, false, false);
+  if (ops->wraps) check_refused(ops, 0, 0, 1, true, false);
+  if (ops->one_side) check_refused(ops, 0, 0, 1, true, true);
+  /* A box without nodes; then a second boundary on the same axis. */
   CHECK_OK(kith_nodes_create(&nobody, 1, names));
   CHECK_OK(kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
   all.boundary[0]->settings = settings;
@@ -555,7 +554,7 @@ static void check_members(void) {
 
 int main(void) {
   uint64_t seed = 12;
-  omp_set_num_threads(1); /* small scenes */
+  omp_set_num_threads(1); /* for so few nodes */
   list_sides();
   check_members();
   for (int k = 1; k < n_sides; ++k)

@@ -1,5 +1,5 @@
-/* Putting nodes back at rounding's edge, nodes that are lost, constant nodes, and the stages of the
- * profile. */
+/* test_boundary_enforce.c - wrapping and reflecting at the limits of rounding (oracle: the exact position),
+ * nodes that are lost, frozen nodes of boundary constant, and stages of the profile. */
 #include "tests/check.h"
 #include "boundaries/boundary.h"
 #include <omp.h>
@@ -24,8 +24,8 @@ static struct kith_field *add_field(struct kith_nodes *nodes, const char *name, 
   return field;
 }
 
-static struct kith_boundaries one(const char *name, int axis, double lower, double upper, bool at_lower,
-                                  bool at_upper) {
+static struct kith_boundaries one_boundary(const char *name, int axis, double lower, double upper,
+                                           bool at_lower, bool at_upper) {
   struct kith_boundaries all = {0};
   CHECK_OK(kith_boundaries_add(&all, kith_boundary_find(name), axis, lower, upper, at_lower, at_upper));
   return all;
@@ -33,10 +33,11 @@ static struct kith_boundaries one(const char *name, int axis, double lower, doub
 
 static double wrap_one(double x, double lower, double upper, kith_status wanted) {
   struct kith_nodes *nodes = some_nodes(1, 0);
-  struct kith_boundaries all = one("periodic", NDIM - 1, lower, upper, true, true);
+  struct kith_boundaries all = one_boundary("periodic", NDIM - 1, lower, upper, true, true);
   nodes->position->f64[NDIM - 1] = x;
   const bool inside = x >= lower && x < upper;
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, false)); /* a wrap does not keep lists: not now */
+  /* wrapping breaks neighbor lists, so it waits */
+  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, false));
   const uint64_t generation = nodes->positions;
   CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true, true));
   const double y = nodes->position->f64[NDIM - 1];
@@ -44,7 +45,7 @@ static double wrap_one(double x, double lower, double upper, kith_status wanted)
     CHECK(nodes->positions == generation + !inside);
     CHECK(y >= lower && y < upper);
     const double lengths = (y - x) / (upper - lower);
-    CHECK_CLOSE(lengths, round(lengths), 1e-12); /* of at most 1000, rounded to 1e-13 */
+    CHECK_CLOSE(lengths, round(lengths), 1e-12); /* at most 1000 lengths, rounded to 1e-13 */
   }
   kith_boundaries_clear(&all);
   kith_nodes_destroy(&nodes);
@@ -54,7 +55,7 @@ static double wrap_one(double x, double lower, double upper, kith_status wanted)
 static void check_wrap(void) {
   CHECK(wrap_one(1, 0, 1, KITH_OK) == 0);
   CHECK(wrap_one(0, 0, 1, KITH_OK) == 0);
-  CHECK(wrap_one(-1e-20, 0, 1, KITH_OK) < 1); /* + 1 rounds to 1 */
+  CHECK(wrap_one(-1e-20, 0, 1, KITH_OK) < 1); /* the sum with 1 is rounded to 1 */
   CHECK(wrap_one(nextafter(1, 0), 0, 1, KITH_OK) == nextafter(1, 0));
   CHECK(wrap_one(1.25, 0, 1, KITH_OK) == 0.25);
   CHECK(wrap_one(-3.75, 0, 1, KITH_OK) == 0.25);
@@ -63,7 +64,7 @@ static void check_wrap(void) {
   for (int k = 0; k < 3000; ++k) {
     const double lower = check_random(&seed) - 0.5, upper = lower + 0.1 + check_random(&seed);
     const double whole = floor(check_random(&seed) * 9) - 4, part = k % 2 == 0 ? 0 : check_random(&seed);
-    const double x = lower + (whole + part) * (upper - lower); /* every other one is a face up to rounding */
+    const double x = lower + (whole + part) * (upper - lower); /* half of them are on faces, up to rounding */
     wrap_one(k % 3 == 0 ? nextafter(x, -9) : x, lower, upper, KITH_OK);
   }
   wrap_one(-999, 0, 1, KITH_OK);
@@ -77,7 +78,7 @@ struct mirrored {
   double x, v[NDIM];
 };
 
-/* One node with v = 1, 2, 3 and a tensor, on the last axis; sides as given. */
+/* Reflects one node with velocity 1, 2, 3 and a tensor along the last axis. */
 static struct mirrored mirror_one(double x, double lower, double upper, bool at_lower, bool at_upper,
                                   kith_status wanted) {
   const int axis = NDIM - 1;
@@ -86,22 +87,21 @@ static struct mirrored mirror_one(double x, double lower, double upper, bool at_
   struct kith_field *a = add_field(nodes, "velocity_base", KITH_VECTOR, KITH_WORK);
   struct kith_field *start = add_field(nodes, "position_base", KITH_POSITION, KITH_WORK);
   struct kith_field *t = add_field(nodes, "stress", KITH_TENSOR, KITH_STATE);
-  struct kith_boundaries all = one("reflecting", axis, lower, upper, at_lower, at_upper);
+  struct kith_boundaries all = one_boundary("reflecting", axis, lower, upper, at_lower, at_upper);
   for (int c = 0; c < NDIM; ++c) v->f64[c] = a->f64[c] = c + 1;
   for (int c = 0; c < NDIM * NDIM; ++c) t->f64[c] = c + 1;
   nodes->position->f64[axis] = x;
   start->f64[axis] = (lower + upper) / 2;
   nodes->position->f64[NDIM + axis] = (lower + upper) / 2;
-  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true, false)); /* keeps lists: at any time */
+  /* reflecting keeps neighbor lists, so it may happen at any time */
+  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true, false));
   struct mirrored out = {.x = nodes->position->f64[axis]};
   memcpy(out.v, v->f64, sizeof out.v);
   const double sign = v->f64[axis] / NDIM;
   CHECK(sign == 1 || sign == -1);
   for (int c = 0; c < NDIM; ++c)
     CHECK(a->f64[c] == v->f64[c] && v->f64[c] == (c == axis ? sign : 1) * (c + 1));
-  if (wanted ==
-      /* a mirrored node keeps its way from where it started; round-off of a few shifts by up to 1000 */
-      KITH_OK)
+  if (wanted == KITH_OK) /* a reflected node keeps its path; round-off of a few shifts of up to 1000 */
     CHECK_CLOSE(out.x - start->f64[axis], sign * (x - (lower + upper) / 2), 1e-12 * (1 + fabs(x)));
   for (int r = 0; r < NDIM; ++r)
     for (int c = 0; c < NDIM; ++c)
@@ -122,26 +122,27 @@ static void check_mirror(void) {
     CHECK_CLOSE(m.x, lower + length * fmin(t, 2 - t), 1e-14); /* four reflections of numbers of order 5 */
     CHECK(m.v[NDIM - 1] == (fmod(floor(s) + 4, 2) == 1 ? -NDIM : NDIM));
   }
-  CHECK(mirror_one(0, 0, 1, true, true, KITH_OK).v[NDIM - 1] == NDIM); /* on the faces: stays */
+  CHECK(mirror_one(0, 0, 1, true, true, KITH_OK).v[NDIM - 1] == NDIM); /* nodes on faces stay */
   CHECK(mirror_one(1, 0, 1, true, true, KITH_OK).v[NDIM - 1] == NDIM);
   CHECK(mirror_one(-0.25, 0, 1, true, false, KITH_OK).x == 0.25);
   CHECK(mirror_one(1.25, 0, 1, true, false, KITH_OK).x == 1.25); /* an open side */
   CHECK(mirror_one(-0.25, 0, 1, false, true, KITH_OK).x == -0.25);
   CHECK(mirror_one(1.25, 0, 1, false, true, KITH_OK).x == 0.75);
   CHECK(mirror_one(-1.25, 0, 1, true, false, KITH_OK).x == 1.25);
-  CHECK_CLOSE(mirror_one(-999.25, 0, 1, true, true, KITH_OK).x, 0.75,
-              1e-9); /* a thousand roundings of 1e-13 */
+  /* tolerance: a thousand roundings of 1e-13 */
+  CHECK_CLOSE(mirror_one(-999.25, 0, 1, true, true, KITH_OK).x, 0.75, 1e-9);
   mirror_one(-1001, 0, 1, true, true, KITH_DIVERGED);
   mirror_one(NAN, 0, 1, true, true, KITH_DIVERGED);
   mirror_one(NAN, 0, 1, true, false, KITH_DIVERGED);
   mirror_one(INFINITY, 0, 1, true, true, KITH_DIVERGED);
 }
 
-/* Search radii beyond a thousand boxes, and positions that are not finite, are errors, not endless ghosts. */
+/* Search radii above a thousand boxes, and positions that are not finite, are errors, instead of endless
+ * ghosts. */
 static void check_diverged(void) {
   for (int side = 0; side < 2; ++side) {
     struct kith_nodes *nodes = some_nodes(2, 0);
-    struct kith_boundaries all = one(side == 0 ? "periodic" : "reflecting", 0, 0, 1, true, true);
+    struct kith_boundaries all = one_boundary(side == 0 ? "periodic" : "reflecting", 0, 0, 1, true, true);
     nodes->search_radius->f64[0] = 1002;
     CHECK_STATUS(KITH_DIVERGED, kith_boundaries_ghosts(&all, nodes, 1, NULL));
     nodes->search_radius->f64[0] = NAN;
@@ -159,9 +160,9 @@ static void check_diverged(void) {
   }
 }
 
-/* Every second node of both lists is held; they return list by list, and a periodic boundary behind makes
+/* Every second node of both lists is frozen. They become ghosts list by list, and a periodic boundary makes
  * images of them. */
-static struct kith_nodes *held_scene(struct kith_boundaries *all) {
+static struct kith_nodes *freeze_some(struct kith_boundaries *all) {
   struct kith_nodes *nodes = some_nodes(6, 4);
   struct kith_field *v = add_field(nodes, "velocity", KITH_VECTOR, KITH_STATE);
   CHECK_OK(kith_boundaries_add(all, &kith_boundary_constant, 0, 0, 0, false, false));
@@ -173,7 +174,7 @@ static struct kith_nodes *held_scene(struct kith_boundaries *all) {
     nodes->support->f64[i] = nodes->search_radius->f64[i] = 1.5;
     v->f64[i * NDIM] = -i;
   }
-  CHECK_OK(kith_boundaries_ghosts(all, nodes, 1, NULL)); /* holds nothing yet */
+  CHECK_OK(kith_boundaries_ghosts(all, nodes, 1, NULL)); /* there are no frozen nodes yet */
   CHECK(all->boundary[0]->ops->held_nodes(all->boundary[0]) == NULL);
   CHECK_STATUS(KITH_INTERNAL, kith_constant_take(all->boundary[1], nodes, chosen));
   nodes->id->i64[3] = -1;
@@ -185,11 +186,10 @@ static struct kith_nodes *held_scene(struct kith_boundaries *all) {
   return nodes;
 }
 
-static void check_held(struct kith_boundaries *all, struct kith_nodes *nodes) {
+static void check_frozen(struct kith_boundaries *all, struct kith_nodes *nodes) {
   CHECK(nodes->n_internal == 5 && nodes->lists[0].count == 3 && nodes->lists[1].count == 2);
   const struct kith_field *v = kith_nodes_field_named(nodes, "velocity");
-  for (kith_index i = 0; i < 5; ++i)
-    nodes->search_radius->f64[i] = 3; /* lists twice as wide as the supports */
+  for (kith_index i = 0; i < 5; ++i) nodes->search_radius->f64[i] = 3; /* twice the supports */
   CHECK_OK(kith_boundaries_ghosts(all, nodes, 1, NULL));
   CHECK(nodes->n_blocks > 3 && nodes->blocks[0].kind == KITH_GHOST_FROZEN &&
         nodes->blocks[1].kind == KITH_GHOST_FROZEN);
@@ -212,12 +212,12 @@ static void check_held(struct kith_boundaries *all, struct kith_nodes *nodes) {
 
 static void check_constant(void) {
   struct kith_boundaries all = {0};
-  struct kith_nodes *nodes = held_scene(&all);
-  check_held(&all, nodes);
-  check_held(&all, nodes);
+  struct kith_nodes *nodes = freeze_some(&all);
+  check_frozen(&all, nodes);
+  check_frozen(&all, nodes);
   const struct kith_field *late = add_field(nodes, "late", KITH_SCALAR, KITH_WORK);
   for (kith_index i = 0; i < nodes->n_internal; ++i) late->f64[i] = 7;
-  check_held(&all, nodes);
+  check_frozen(&all, nodes);
   CHECK(late->f64[4] == 7 && late->f64[5] == 0);
   kith_boundaries_clear(&all);
   kith_nodes_destroy(&nodes);
@@ -245,7 +245,7 @@ static void check_profile(void) {
 }
 
 int main(void) {
-  omp_set_num_threads(1); /* small scenes */
+  omp_set_num_threads(1); /* for so few nodes */
   check_wrap();
   check_mirror();
   check_diverged();

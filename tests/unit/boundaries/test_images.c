@@ -1,11 +1,12 @@
-/* Images of whole lattices and of many nodes: a periodic lattice looks as if space were filled, also with one
- * node in the box; threads change nothing. */
+/* test_images.c - images of whole lattices: in a periodic lattice each node has the density of an infinite
+ * one (oracle: lattice vectors), also with a single node in the box. Images are bitwise identical for any
+ * number of threads, and the same for any order of nodes. */
 #include "tests/check.h"
 #include "boundaries/boundary.h"
 #include <omp.h>
 #include <string.h>
 
-/* sum of (1 - (r/R)^2)^3 over all nodes and ghosts within R of x. */
+/* The sum of (1 - (r/R)^2)^3 over all nodes and ghosts within R of x. */
 static double density(const struct kith_nodes *nodes, const double *x, double radius, int *within) {
   double sum = 0;
   *within = 0;
@@ -18,7 +19,7 @@ static double density(const struct kith_nodes *nodes, const double *x, double ra
   return sum;
 }
 
-/* The same by counting lattice vectors. */
+/* The same sum over the vectors of an infinite lattice. */
 static double lattice_density(double radius, double spacing, int *within) {
   const int range = (int)(radius / spacing) + 1, edge = 2 * range + 1;
   double sum = 0;
@@ -35,8 +36,7 @@ static double lattice_density(double radius, double spacing, int *within) {
   return sum;
 }
 
-/* A periodic lattice of `cells` nodes an axis: all nodes see the same, as if space were filled. cells = 1 is
- * one node, thinner in every direction than its own support. */
+/* A periodic lattice of `cells` nodes along each axis. With cells = 1 the box is thinner than a support. */
 static void check_lattice_density(int cells, double search_radius) {
   static const char *const names[] = {"only"};
   const double spacing = 1.0 / cells;
@@ -64,9 +64,8 @@ static void check_lattice_density(int cells, double search_radius) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Values follow moved controls through the chain; ghosts of many chunks are the same with any number of
- * threads. */
-static struct kith_nodes *crowd(int threads, struct kith_boundaries *all) {
+/* Many nodes and their ghosts, whose values follow their controls after these have moved. */
+static struct kith_nodes *many_nodes(int threads, struct kith_boundaries *all) {
   static const char *const names[] = {"a", "b", "c"};
   struct kith_nodes *nodes = NULL;
   uint64_t seed = 77;
@@ -90,7 +89,7 @@ static struct kith_nodes *crowd(int threads, struct kith_boundaries *all) {
 
 static void check_threads(void) {
   struct kith_boundaries all[2] = {0};
-  struct kith_nodes *one = crowd(1, &all[0]), *two = crowd(2, &all[1]);
+  struct kith_nodes *one = many_nodes(1, &all[0]), *two = many_nodes(2, &all[1]);
   const size_t n = (size_t)kith_nodes_count(one);
   CHECK(one->n_ghost > 2000 && one->n_ghost == two->n_ghost && one->n_blocks == two->n_blocks);
   CHECK(memcmp(one->position->f64, two->position->f64, n * NDIM * sizeof(double)) == 0);
@@ -110,7 +109,7 @@ static void check_threads(void) {
   kith_nodes_destroy(&two);
 }
 
-/* In the order of this coordinate, list by list; axis -1: of ids. */
+/* Sorts each list by this coordinate, or by id if axis is -1. */
 static void sort_along(struct kith_nodes *nodes, int axis) {
   const size_t n = (size_t)nodes->n_internal;
   uint64_t *key = NULL;
@@ -127,8 +126,8 @@ static void sort_along(struct kith_nodes *nodes, int axis) {
   kith_free(&order);
 }
 
-/* A number that depends on which ghosts there are, and not on their order. */
-static uint64_t mix(const struct kith_nodes *nodes) {
+/* A number that depends on the ghosts, but not on their order. */
+static uint64_t checksum(const struct kith_nodes *nodes) {
   uint64_t sum = (uint64_t)nodes->n_ghost;
   for (kith_index g = nodes->n_internal; g < kith_nodes_count(nodes); ++g) {
     uint64_t word = (uint64_t)nodes->id->i64[g] + 1;
@@ -143,28 +142,28 @@ static uint64_t mix(const struct kith_nodes *nodes) {
   return sum;
 }
 
-/* The same ghosts whether neighbors in the order of nodes lie close together or not, and though the order
- * changes after nodes were measured. */
+/* Ghosts are the same whether successive nodes are close together or not, and also if the order changes after
+ * nodes were measured. */
 static void check_order(void) {
   struct kith_boundaries all = {0};
-  struct kith_nodes *nodes = crowd(1, &all);
-  for (kith_index i = 0; i < nodes->n_internal;
-       i += 5000) { /* in the middle, and seen from beyond each face */
+  struct kith_nodes *nodes = many_nodes(1, &all);
+  /* wide supports in the middle, which reach beyond each face */
+  for (kith_index i = 0; i < nodes->n_internal; i += 5000) {
     nodes->search_radius->f64[i] = 0.6;
     for (int a = 0; a < NDIM; ++a) nodes->position->f64[i * NDIM + a] = 0.45 + 1e-6 * i;
   }
-  CHECK_OK(kith_boundaries_ghosts(&all, nodes, 1, NULL)); /* they have moved since */
-  const uint64_t wanted = mix(nodes);
+  CHECK_OK(kith_boundaries_ghosts(&all, nodes, 1, NULL)); /* nodes have moved since the ghosts were made */
+  const uint64_t wanted = checksum(nodes);
   for (int a = 0; a < NDIM; ++a) {
     kith_nodes_drop_ghosts(nodes);
     sort_along(nodes, a);
     CHECK_OK(kith_boundaries_ghosts(&all, nodes, 1, NULL));
-    CHECK(mix(nodes) == wanted);
+    CHECK(checksum(nodes) == wanted);
     kith_nodes_drop_ghosts(nodes);
     kith_boundaries_measure(&all, nodes, 1);
     sort_along(nodes, -1);
     CHECK_OK(kith_boundaries_make_ghosts(&all, nodes, 1, NULL, KITH_OK));
-    CHECK(mix(nodes) == wanted);
+    CHECK(checksum(nodes) == wanted);
   }
   kith_boundaries_clear(&all);
   kith_nodes_destroy(&nodes);

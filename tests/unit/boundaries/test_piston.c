@@ -1,10 +1,11 @@
-/* A piston is a wall at rest, seen by who moves past: the same run in the frame of the wall, node by node. */
+/* test_piston.c - a piston. Oracle: a wall at rest in gas that moves towards it, which is the same run in
+ * another frame; energies must grow by the work of the piston. */
 #include "tests/unit/scenario.h"
 
 static const double speed = 0.8;
 
-/* Gas at rest that a piston runs into, in both frames; x alone differs. From below, or mirrored from
- * above. */
+/* Gas at rest, into which a piston runs from below or from above; in the frame of the wall gas moves instead.
+ * Only x differs. */
 static const char tube[] =
     "dimension: 1\nscene: tube\n"
     "resolution: {1d: 50, 2d: 20, 3d: 12}\n"
@@ -27,7 +28,7 @@ static bool open_both(struct scenario *lab, struct scenario *wall, const char *s
                        above ? "open,reflecting" : "reflecting,open", -u);
 }
 
-/* Rounding differs, and grows with the noise of the nodes: by some hundred in so few steps. */
+/* Rounding differs between the frames, and disorder amplifies it, by about a hundred in so few steps. */
 static void is_a_wall(const char *settings, bool above, int steps) {
   struct scenario lab = {0}, wall = {0};
   const int failures = check_failures;
@@ -43,7 +44,7 @@ static void is_a_wall(const char *settings, bool above, int steps) {
         fast = fmax(fast, fabs(v[i * NDIM + a] - w[i * NDIM + a] - (a == 0 ? u : 0)));
       }
     }
-    CHECK(speed * t > 0.02); /* the face has gone more than a spacing */
+    CHECK(speed * t > 0.02); /* the face has moved by more than a spacing */
     CHECK_CLOSE(t, wall.simulation->integrator.time, 1e-12);
     CHECK_CLOSE(far, 0, 1e-11);
     CHECK_CLOSE(fast, 0, 1e-9);
@@ -51,7 +52,7 @@ static void is_a_wall(const char *settings, bool above, int steps) {
     CHECK(above ? edge <= 1 + u * t : edge >= u * t);
     const struct kith_totals a = lab.start, b = kith_hydro_totals(&lab.simulation->hydro);
     const double given = b.kinetic + b.internal - a.kinetic - a.internal;
-    CHECK(given > 0.01); /* it works on the gas */
+    CHECK(given > 0.01); /* it does work on the gas */
     CHECK_CLOSE(given, b.work - a.work, 1e-12 * (b.kinetic + b.internal));
     CHECK_CLOSE(b.work, u * b.momentum[0], 1e-15);
   }
@@ -60,8 +61,8 @@ static void is_a_wall(const char *settings, bool above, int steps) {
   scenario_close(&lab);
 }
 
-/* What cannot go with it: known only when scheme and packages are. */
-static void refuse(const char *settings, const char *energy, const char *message) {
+/* Settings that do not go together with a piston; they are refused when the simulation is created. */
+static void check_refused(const char *settings, const char *energy, const char *message) {
   struct scenario s = {0};
   const char *overrides[4] = {NDIM == 1   ? "dimension=1"
                               : NDIM == 2 ? "dimension=2"
@@ -76,11 +77,11 @@ static void refuse(const char *settings, const char *energy, const char *message
 
 static void refusals(void) {
   const char *compatible = "method.energy=compatible", *thermal = "method.energy=thermal";
-  refuse("connectivity.rebuild=displacement", compatible,
-         "a piston requires that neighbor lists are rebuilt always");
-  refuse("scheme.name=rk4", thermal, "rk4 does not know of pistons");
-  refuse("scheme.name=arkode", thermal, "arkode does not know of pistons");
-  refuse("scheme.name=implicit", thermal, "implicit does not know of pistons");
+  check_refused("connectivity.rebuild=displacement", compatible,
+                "a piston requires that neighbor lists are rebuilt always");
+  check_refused("scheme.name=rk4", thermal, "rk4 does not know of pistons");
+  check_refused("scheme.name=arkode", thermal, "arkode does not know of pistons");
+  check_refused("scheme.name=implicit", thermal, "implicit does not know of pistons");
 }
 
 int main(void) {
@@ -89,13 +90,12 @@ int main(void) {
   is_a_wall("scheme.name=leapfrog", true, steps);
   is_a_wall("scheme.name=leapfrog method.package=crk", false, steps);
   is_a_wall("scheme.name=leapfrog method.package=mfm", true, steps);
-  if (NDIM < 3) { /* expensive */
+  if (NDIM < 3) /* it is expensive */
     is_a_wall("scheme.name=leapfrog method.package=mfm method.faces=integrated", false, steps);
-  }
   is_a_wall("scheme.name=rk2", false, steps);
   is_a_wall("scheme.name=cheap-rk2 traversal=pairs", true, steps);
   is_a_wall("scheme.name=verlet", false, steps);
-  /* Without viscosity nodes run through the face, and are put back. */
+  /* Without viscosity nodes cross the face, and are put back. */
   is_a_wall("scheme.name=leapfrog method.viscosity.name=none", false, steps);
   is_a_wall("scheme.name=rk2 method.viscosity.name=none", true, steps);
   refusals();

@@ -1,7 +1,7 @@
-/* Every scheme: fixed steps, one lifecycle a step, order in time, reversibility where promised, what a
- * rejected step leaves behind, who agrees with whom, who is refused.
- * What every scheme must do besides is in test_integrator (conservation), test_lifecycle (threads) and
- * test_restart. */
+/* conformance_scheme.c - every scheme: order in time (against a reference of order 5 with small steps),
+ * evaluations per step, reversibility, state after a rejected step (against a run that takes the accepted
+ * step at once, bitwise), agreement of equivalent schemes, and settings that are refused. Conservation is
+ * tested by test_integrator.c, threads by test_lifecycle.c, restarts by test_restart.c. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 #include "integrator/schemes/arkode.h"
@@ -9,7 +9,8 @@
 #define GAS "materials: {gas: {gamma: 1.6666666666666667}}\n"
 #define THERMAL "method: {energy: thermal, viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
 
-/* A wave of 10 %: smooth, and far from linear. No viscosity: its switch is a corner. */
+/* A wave of 10 %, which is smooth and far from linear. There is no viscosity, since its switch is not
+ * smooth. */
 static const char wave[] =
     "dimension: 1\nscene: wave\n"
     "resolution: {1d: 32, 2d: 16, 3d: 10}\n"
@@ -19,7 +20,7 @@ static const char wave[] =
     "  - {material: gas, lattice: cubic, density: 1 + 0.1*sin(2*pi*x), pressure: 0.6*(1 + "
     "0.1*sin(2*pi*x))^(5/3), velocity: [0.1*sin(2*pi*x), 0, 0]}\n" THERMAL "until: 0.32\n";
 
-/* Shaken, with a blast, between walls and through periodic faces. */
+/* Disordered gas with a blast, between reflecting and periodic sides. */
 static const char box[] =
     "dimension: 3\nscene: box\n"
     "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
@@ -32,8 +33,8 @@ static const char box[] =
     "method: {energy: thermal}\n"
     "until: 1\n";
 
-/* The same between periodic faces, with gas that is held. */
-static const char held[] =
+/* The same gas between periodic sides, beside frozen nodes. */
+static const char beside_frozen[] =
     "dimension: 3\nscene: held\n"
     "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
     "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
@@ -45,12 +46,13 @@ static const char held[] =
     "method: {energy: thermal}\n"
     "until: 1\n";
 
-/* Largest difference of two runs in a field, over the largest value; positions up to whole periods of 1. */
+/* The largest difference of two runs in a field, over its largest value; positions are compared up to whole
+ * periods of 1. */
 static double distance(const struct scenario *a, const struct scenario *b, const char *name) {
   if (strcmp(name, "position") != 0) return scenario_distance(a, b, name);
   const struct kith_field *x = scenario_field(a, name), *y = scenario_field(b, name);
   int64_t most, other;
-  kith_index *of_a = scenario_places(a, &most), *of_b = scenario_places(b, &other);
+  kith_index *of_a = scenario_indices(a, &most), *of_b = scenario_indices(b, &other);
   double largest = most == other ? 0 : INFINITY;
   for (int64_t id = 0; id <= most && most == other; ++id) {
     const double d = x->f64[of_a[id] * NDIM] - y->f64[of_b[id] * NDIM];
@@ -67,10 +69,10 @@ static bool run_to_end(struct scenario *s, const char *settings, int steps) {
   return scenario_open(s, wave, "%s scheme.dt=%.17g", settings, 0.32 / steps) && scenario_run(s, 2 * steps);
 }
 
-/* The reference takes 80 steps of order 5: its error is the noise of the rates, some 1e-9 of the velocity,
- * since the supports are solved to 1e-7 where Omega is taken. Steps are chosen where errors are 100 times
- * that and the next term of the error is below a tenth: the order is met within 0.3, or 0.6 for orders above
- * 4, which are at 20 steps already next to the noise. */
+/* The reference makes 80 steps of order 5. Its error is the noise of rates, about 1e-9 of the velocity, since
+ * supports are solved to 1e-7 where Omega is used. The numbers of steps are chosen so that errors are 100
+ * times this noise and their next term is below a tenth; then the order is met within 0.3, or within 0.6
+ * above order 4, where 20 steps are already near the noise. */
 static void orders(void) {
   static const struct {
     const char *settings;
@@ -93,7 +95,7 @@ static void orders(void) {
   struct scenario reference = {0}, coarse = {0}, fine = {0};
   run_to_end(&reference, "scheme.name=arkode scheme.table=dormand-prince-7-4-5", 80);
   for (size_t k = 0; k < sizeof schemes / sizeof *schemes; ++k) {
-    if (NDIM == 3 && k % 2 == 0) continue; /* time is the same in all dimensions, but not ours */
+    if (NDIM == 3 && k % 2 == 0) continue; /* half of them, to save time */
     const bool ran = run_to_end(&coarse, schemes[k].settings, schemes[k].steps);
     if (run_to_end(&fine, schemes[k].settings, 2 * schemes[k].steps) && ran) {
       CHECK(fine.simulation->integrator.step == 2 * (uint64_t)schemes[k].steps);
@@ -112,8 +114,9 @@ static void orders(void) {
   scenario_close(&reference);
 }
 
-/* Evaluations of the rates: one at the start, then as many as promised, and one lifecycle in each step. */
-static void costs(void) {
+/* Evaluations of rates: one at the start, then as many per step as the scheme promises, and one lifecycle per
+ * step. */
+static void evaluations_per_step(void) {
   static const struct {
     const char *settings;
     unsigned evaluations;
@@ -132,16 +135,15 @@ static void costs(void) {
       CHECK(s.simulation->integrator.ledger.evaluations == 1 + 10 * schemes[k].evaluations);
       CHECK(s.simulation->integrator.evaluations == (int)schemes[k].evaluations);
       CHECK(s.simulation->integrator.ledger.rejected_steps == 0);
-      CHECK(s.simulation->integrator.ledger.because[KITH_BECAUSE_always] == 10); /* one lifecycle a step */
+      CHECK(s.simulation->integrator.ledger.because[KITH_BECAUSE_always] == 10); /* one lifecycle per step */
       CHECK(s.simulation->integrator.ledger.because[KITH_BECAUSE_stage] == 0);
     }
     scenario_close(&s);
   }
 }
 
-/* Whatever the scheme: steps of the length that was requested, one lifecycle in each, and a ledger that
- * closes. */
-static void every_member(void) {
+/* Every scheme makes steps of the length that is set, with one lifecycle each, and its ledger balances. */
+static void fixed_steps(void) {
   for (int k = 0; kith_scheme_all()[k] != NULL; ++k) {
     struct scenario s = {0};
     char settings[64];
@@ -157,8 +159,8 @@ static void every_member(void) {
   }
 }
 
-/* There and back again: `steps` forward, velocities turned, as many more. Returns how far from the start. */
-static double way_back(const char *name, int steps) {
+/* Makes `steps` forward, reverses velocities and makes as many more. Returns the distance from the start. */
+static double distance_after_return(const char *name, int steps) {
   struct scenario start = {0}, run = {0};
   double left = INFINITY;
   const char *settings =
@@ -178,23 +180,23 @@ static double way_back(const char *name, int steps) {
   return left;
 }
 
-/* Leapfrog and position Verlet are their own inverse where forces do not depend on velocities: back to within
- * what the supports are solved to. The midpoint is not. */
+/* Leapfrog and position Verlet are reversible if forces do not depend on velocities: they return to the start
+ * within the accuracy of supports. The midpoint rule does not. */
 static void reversible(void) {
   static const char *const names[] = {"leapfrog", "verlet", "rk2"};
   double left[3];
-  for (int k = 0; k < 3; ++k) left[k] = way_back(names[k], 40);
+  for (int k = 0; k < 3; ++k) left[k] = distance_after_return(names[k], 40);
   CHECK(left[0] <= 1e-9 && left[1] <= 1e-9);
   CHECK(left[2] > 10 * fmax(left[0], left[1]));
   if (check_failures > 0) fprintf(stderr, "%d-D: %g %g %g\n", NDIM, left[0], left[1], left[2]);
 }
 
-/* --- who agrees --- */
+/* --- agreement --- */
 
-/* The solution of Zonneveld's table is that of the classical scheme: ERKStep against rk4. In both nodes are
- * wrapped, mirrored and reordered between steps only. What is left: the noise of the supports, here 1e-7 of
- * the forces that compress the gas, for some steps. Measured: 3e-9. */
-static void classical_twice(void) {
+/* The solution of Zonneveld's table is that of the classical Runge-Kutta scheme, so rk4 and ERKStep must
+ * agree. In both, nodes are wrapped, mirrored and reordered between steps only. Tolerance: the noise of
+ * supports, 1e-7 of the forces that compress the gas, for some steps. Measured: 3e-9. */
+static void rk4_agrees_with_arkode(void) {
   static const char *const settings[] = {
       "", "connectivity.rebuild=displacement connectivity.reorder=1",
       "boundaries.x=reflecting boundaries.z=reflecting connectivity.reorder=3"};
@@ -214,46 +216,44 @@ static void classical_twice(void) {
   }
 }
 
-/* Verlet lists with a skin, with nodes that are wrapped and mirrored meanwhile, give the sums of lists that
- * are rebuilt at every step: what differs is rounding, which lets the supports stop at other places within
- * their tolerance. Measured: 2e-8. */
-static void lists_do_not_matter(void) {
+/* Verlet lists with a skin, while nodes are wrapped and mirrored, give the sums of lists that are rebuilt at
+ * every step. Rounding differs, so that supports stop at other values within their tolerance. Measured:
+ * 2e-8. */
+static void verlet_lists_agree(void) {
   enum { STEPS = NDIM == 1 ? 160 : NDIM == 2 ? 80 : 20 };
   for (int k = 0; kith_scheme_all()[k] != NULL; ++k) {
-    struct scenario always = {0}, lasting = {0};
+    struct scenario always = {0}, kept = {0};
     const char *name = kith_scheme_all()[k]->name;
     const bool ran =
         scenario_open(&always, box, "scheme.name=%s scheme.dt=0.002", name) && scenario_run(&always, STEPS);
-    if (scenario_open(&lasting, box, "scheme.name=%s scheme.dt=0.002 connectivity.rebuild=displacement",
-                      name) &&
-        scenario_run(&lasting, STEPS) && ran) {
-      CHECK(distance(&always, &lasting, "velocity") <= 1e-6);
-      CHECK(distance(&always, &lasting, "energy") <= 1e-6);
-      CHECK(distance(&always, &lasting, "density") <= 1e-6);
-      CHECK(lasting.simulation->integrator.ledger.lifecycles <
-            always.simulation->integrator.ledger.lifecycles);
+    if (scenario_open(&kept, box, "scheme.name=%s scheme.dt=0.002 connectivity.rebuild=displacement", name) &&
+        scenario_run(&kept, STEPS) && ran) {
+      CHECK(distance(&always, &kept, "velocity") <= 1e-6);
+      CHECK(distance(&always, &kept, "energy") <= 1e-6);
+      CHECK(distance(&always, &kept, "density") <= 1e-6);
+      CHECK(kept.simulation->integrator.ledger.lifecycles < always.simulation->integrator.ledger.lifecycles);
     }
-    scenario_close(&lasting);
+    scenario_close(&kept);
     scenario_close(&always);
   }
 }
 
-/* Rates sum to no force, and so does what is made of them linearly. Round-off as in test_integrator. */
-static void momentum_is_kept(void) {
+/* Forces sum to zero, and so do their linear combinations. Round-off as in test_integrator.c. */
+static void momentum_is_conserved(void) {
   static const char *const settings[] = {"scheme.name=rk4", "scheme.name=arkode",
                                          "scheme.name=arkode connectivity.rebuild=displacement"};
   for (int k = 0; k < 3; ++k) {
     struct scenario s = {0};
     if (scenario_open(&s, box, "boundaries.y=periodic %s", settings[k]) && scenario_run(&s, 20))
-      CHECK(scenario_momentum_drift(&s) <= 1e-12);
+      CHECK(scenario_momentum_error(&s) <= 1e-12);
     scenario_close(&s);
   }
 }
 
-/* What nodes that are held give to the gas is in the report, stage by stage: also if attempts were rejected.
- * Of the implicit step it is known to what its equations are solved to (8e-9); were it not added, a tenth
- * would be missing. */
-static void momentum_of_the_held_is_known(void) {
+/* Momentum that frozen nodes give to the gas is counted, stage by stage, also if attempts were rejected. For
+ * implicit it is known as exactly as its equations are solved (8e-9); if it were not counted, a tenth of the
+ * momentum would be missing. */
+static void momentum_of_frozen_nodes_is_counted(void) {
   static const struct {
     const char *settings;
     double most;
@@ -267,11 +267,11 @@ static void momentum_of_the_held_is_known(void) {
                {"scheme.name=implicit", 1e-7, false}};
   for (size_t k = 0; k < sizeof tries / sizeof *tries; ++k) {
     struct scenario s = {0};
-    if (scenario_open(&s, held, "%s", tries[k].settings) && scenario_run(&s, 20)) {
-      CHECK(scenario_momentum_drift(&s) <= tries[k].most);
+    if (scenario_open(&s, beside_frozen, "%s", tries[k].settings) && scenario_run(&s, 20)) {
+      CHECK(scenario_momentum_error(&s) <= tries[k].most);
       CHECK(!tries[k].rejects || s.simulation->integrator.ledger.rejected_steps > 0);
       if (check_failures > 0)
-        fprintf(stderr, "%d-D: %s: %g\n", NDIM, tries[k].settings, scenario_momentum_drift(&s));
+        fprintf(stderr, "%d-D: %s: %g\n", NDIM, tries[k].settings, scenario_momentum_error(&s));
     }
     scenario_close(&s);
   }
@@ -279,35 +279,34 @@ static void momentum_of_the_held_is_known(void) {
 
 /* --- rejected steps --- */
 
-/* Both runs have made the same steps. The next one is to be of length dt, as if the last had been of length
- * `last`. */
+/* Makes a step of length dt in a run whose last step had length `last`. */
 static kith_status step_of(struct scenario *s, double dt, double last) {
   struct kith_integrator *it = &s->simulation->integrator;
-  it->dt = last; /* lists look so far ahead */
+  it->dt = last; /* neighbor lists cover a time of this length */
   if (it->scheme->accurate_dt != NULL) *it->scheme->accurate_dt(it) = 0;
   it->timestep_limit.dt = dt;
   return kith_integrator_step(it, s->scene->until);
 }
 
-/* One run tries a step that is too long, the other takes at once what the first one came down to. All state,
- * down to the guesses of the supports and what the lists were made from, is the same, and so is the step
- * after. */
+/* One run attempts a step that is too long, the other one makes the accepted step at once. All state, also
+ * first guesses of supports and the snapshot of neighbor lists, must be bitwise identical, also after the
+ * next step. */
 static void rejected(const char *settings, double dt) {
   struct scenario tried = {0}, straight = {0};
   if (scenario_open(&tried, box, "%s", settings) && scenario_run(&tried, 6) &&
       scenario_open(&straight, box, "%s", settings) && scenario_run(&straight, 6)) {
     struct kith_integrator *a = &tried.simulation->integrator, *b = &straight.simulation->integrator;
     const uint64_t before = a->ledger.rejected_steps;
-    scenario_same(&tried, &straight, settings);
+    scenario_identical(&tried, &straight, settings);
     CHECK_OK(step_of(&tried, dt, dt));
     CHECK(a->ledger.rejected_steps > before && a->dt < dt);
     CHECK(a->limiter == KITH_LIMIT_accuracy || a->limiter == KITH_LIMIT_convergence);
     CHECK_OK(step_of(&straight, a->dt, dt));
     CHECK(b->ledger.rejected_steps == before && b->dt == a->dt);
-    scenario_same(&tried, &straight, settings);
+    scenario_identical(&tried, &straight, settings);
     CHECK_OK(step_of(&tried, 1e-3, dt));
     CHECK_OK(step_of(&straight, 1e-3, dt));
-    scenario_same(&tried, &straight, settings);
+    scenario_identical(&tried, &straight, settings);
   }
   scenario_close(&straight);
   scenario_close(&tried);
@@ -326,8 +325,8 @@ static void rejections(void) {
       {"scheme.name=arkode scheme.table=dormand-prince-7-4-5 scheme.rtol=1e-8 scheme.atol=1e-9", 0.02},
       {"scheme.name=implicit", NDIM == 3 ? 0.25 : 0.5}};
   char settings[256];
-  const int n =
-      NDIM == 1 ? 4 : 5; /* in 1-D an attempt that is too long leaves any lists: never stops there */
+  /* in 1-D an attempt that is too long outruns any lists, so that `never` would stop the run */
+  const int n = NDIM == 1 ? 4 : 5;
   for (int k = 0; k < n; ++k)
     for (int t = 0; t < (k == 1 ? 3 : 2); ++t) { /* implicit is slow */
       snprintf(settings, sizeof settings, "%s %s", tries[t].scheme, lists[k]);
@@ -337,9 +336,9 @@ static void rejections(void) {
 
 /* --- tolerances --- */
 
-/* A tolerance that is 100 times smaller: the error estimate of Heun and Euler goes with dt^2, so steps are 10
- * times as many, and the error at the end, of second order, is 100 times smaller. Required: within a quarter
- * and within a factor of 2. */
+/* With a tolerance 100 times smaller, steps are 10 times as many, since the error estimate of Heun and Euler
+ * is of order dt^2, and the error at the end, of second order, is 100 times smaller. Required: within a
+ * quarter, and within a factor of 2. */
 static void tolerances(void) {
   struct scenario reference = {0}, run = {0};
   double error[2] = {0};
@@ -367,7 +366,7 @@ static void tolerances(void) {
   scenario_close(&reference);
 }
 
-/* --- who is refused --- */
+/* --- refusals --- */
 
 static void refused(const char *settings, const char *message) {
   struct kith_scene *scene = NULL;
@@ -389,8 +388,8 @@ static void refused(const char *settings, const char *message) {
   kith_scene_destroy(&scene);
 }
 
-/* The choices of a parameter are known before there is a simulation. */
-static void no_table(const char *setting, const char *message) {
+/* Choices of a parameter are checked before a simulation is created. */
+static void refused_table(const char *setting, const char *message) {
   struct kith_scene *scene = NULL;
   const char *const dimension[] = {"dimension=1", "dimension=2", "dimension=3"};
   const char *overrides[] = {"scheme.name=arkode", setting, dimension[NDIM - 1]};
@@ -399,8 +398,8 @@ static void no_table(const char *setting, const char *message) {
 }
 
 static void refusals(void) {
-  no_table("scheme.table=dormand-prince-7-4-4", "did you mean 'dormand-prince-7-4-5'?");
-  no_table("scheme.table=butcher", "scheme.table: 'butcher' is not one of heun-euler-2-1-2, ");
+  refused_table("scheme.table=dormand-prince-7-4-4", "did you mean 'dormand-prince-7-4-5'?");
+  refused_table("scheme.table=butcher", "scheme.table: 'butcher' is not one of heun-euler-2-1-2, ");
   refused("scheme.name=rk4 method.energy=compatible",
           "scheme.name: rk4 cannot keep energy compatible: energies that follow from kicks are no rate");
   refused("scheme.name=arkode method.energy=compatible", "give it method.energy=thermal");
@@ -411,7 +410,7 @@ static void refusals(void) {
           "--set scheme.table: it has no error estimate; give it scheme.adaptive=false");
 }
 
-/* Every table has the facts of its name: stages, embedded order, order. */
+/* The name of every table tells its stages, embedded order and order. */
 static void tables(void) {
 #define X(constant, word) #constant,
   static const char *const names[] = {KITH_TABLE_LIST(X)};
@@ -430,13 +429,13 @@ static void tables(void) {
 int main(void) {
   omp_set_num_threads(1);
   orders();
-  costs();
-  every_member();
+  evaluations_per_step();
+  fixed_steps();
   reversible();
-  classical_twice();
-  lists_do_not_matter();
-  momentum_is_kept();
-  momentum_of_the_held_is_known();
+  rk4_agrees_with_arkode();
+  verlet_lists_agree();
+  momentum_is_conserved();
+  momentum_of_frozen_nodes_is_counted();
   rejections();
   tolerances();
   refusals();

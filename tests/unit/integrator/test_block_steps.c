@@ -1,13 +1,14 @@
-/* Block time steps: conservation whatever the steps are, one level against a global step, accuracy and
- * updates of a blast, failure without limits, threads, what is refused. Lists of active nodes:
- * test_connectivity; ranks and restarts: mpi. */
+/* test_block_steps.c - block time steps: conservation with any steps (round-off), one level against global
+ * steps, energies and updates of a blast against those of global steps, failure without limits, threads, and
+ * settings that are refused. Lists of active nodes are tested by test_connectivity.c, ranks and restarts by
+ * tests/mpi. */
 #include <omp.h>
 #include "integrator/block_lengths.h"
 #include "tests/unit/scenario.h"
 
 #define BLOCK "scheme: {steps: block}\n"
 
-/* A blast beside a wall in jittered gas that conducts heat, with a light fluid that touches it. */
+/* A blast beside a wall in disordered gas that conducts heat, in contact with a lighter gas. */
 static const char blast[] =
     "dimension: 3\nscene: blast\n"
     "resolution: {1d: 60, 2d: 16, 3d: 8}\n"
@@ -36,16 +37,18 @@ static uint64_t updates(const struct scenario *s) {
   return s->simulation->integrator.ledger.updates;
 }
 
-/* Energy relative to what there was, momentum to the sum of its sizes now: round-off of thousands of sums. */
+/* Energy relative to what there was, momentum relative to the sum of magnitudes now; round-off of thousands
+ * of sums. */
 static void check_conserved(const struct scenario *s, bool momentum_too) {
   const struct kith_totals a = s->start, b = kith_hydro_totals(&s->simulation->hydro);
   CHECK_CLOSE(b.kinetic + b.internal + b.potential, a.kinetic + a.internal + a.potential,
               1e-12 * (a.kinetic + a.internal + fabs(a.potential)));
-  for (int d = 0; momentum_too && d < NDIM; ++d) /* along x the wall takes some */
+  for (int d = 0; momentum_too && d < NDIM; ++d) /* along x the wall takes momentum */
     if (d > 0) CHECK_CLOSE(b.momentum[d], a.momentum[d], 1e-12 * b.momentum_scale);
 }
 
-/* Random steps and wake-ups, all packages, both traversals and what acts besides: drifts are round-off. */
+/* Random steps and wake-ups, with all packages and both traversals: energy and momentum are conserved to
+ * round-off. */
 static void conservation(void) {
   static const char *const settings[] = {"method.package=sph",
                                          "method.package=sph traversal=pairs",
@@ -63,14 +66,14 @@ static void conservation(void) {
         check_conserved(&s, true);
         const struct kith_ledger *ledger = &s.simulation->integrator.ledger;
         const uint64_t nodes = (uint64_t)s.simulation->nodes->n_internal;
-        CHECK(ledger->updates < ledger->evaluations * nodes); /* some nodes did sleep */
+        CHECK(ledger->updates < ledger->evaluations * nodes); /* some nodes were inactive at times */
       }
       scenario_close(&s);
     }
 }
 
-/* With a fixed step there is one level, and the run is that of a global step but for the prediction of
- * energies, which is of second order in dt in both: a hundred times closer than the wave is high. */
+/* With a fixed step there is one level, and the run is that of a global step, except for the prediction of
+ * energies, which is of second order in dt in both. */
 static void one_level(void) {
   struct scenario block = {0}, global = {0};
   if (scenario_open(&block, wave, "scheme.steps=block scheme.dt=0.002") && scenario_run(&block, 200) &&
@@ -84,7 +87,8 @@ static void one_level(void) {
   scenario_close(&global);
 }
 
-/* The blast costs less than half of the updates, and its energies are those of the global run within 2 %. */
+/* The blast needs less than half of the updates in 1-D, and its kinetic energy is that of global steps within
+ * 2 % of the total. */
 static void fewer_updates(void) {
   struct scenario block = {0}, global = {0};
   if (scenario_open(&block, blast, "scheme.levels=10") && scenario_run(&block, 100000) &&
@@ -92,15 +96,16 @@ static void fewer_updates(void) {
     const struct kith_totals a = kith_hydro_totals(&block.simulation->hydro),
                              b = kith_hydro_totals(&global.simulation->hydro);
     CHECK_CLOSE(a.kinetic, b.kinetic, 0.02 * (b.kinetic + b.internal));
-    CHECK(2 * updates(&block) < updates(&global) || NDIM > 1); /* in 3-D the blast fills this box */
+    CHECK(2 * updates(&block) < updates(&global) || NDIM > 1); /* in 2-D and 3-D the blast fills this box */
     CHECK(updates(&block) < updates(&global));
   }
   scenario_close(&block);
   scenario_close(&global);
 }
 
-/* Where nobody is limited by neighbors or woken, a strong blast runs into nodes that sleep. */
-static void without_limits(void) {
+/* If steps are not limited by those of neighbors, a strong blast runs into nodes with long steps, and the run
+ * fails. */
+static void blast_needs_limits(void) {
   static const char cold[] =
       "dimension: 3\nscene: cold\n"
       "resolution: {1d: 200, 2d: 40, 3d: 20}\n"
@@ -133,7 +138,7 @@ static void threads(void) {
   scenario_close(&two);
 }
 
-/* Steps end before a heavy node pushes a light one, also one that is held and not stepped itself. */
+/* A heavy node beside a light one must end steps early, also if it is frozen and makes no steps itself. */
 static void heavy_nodes_are_noticed(void) {
   static const struct {
     const char *settings;
@@ -162,7 +167,7 @@ int main(void) {
   conservation();
   one_level();
   fewer_updates();
-  without_limits();
+  blast_needs_limits();
   threads();
   heavy_nodes_are_noticed();
   refused();

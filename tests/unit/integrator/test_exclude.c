@@ -1,6 +1,5 @@
-/* test_exclude.c - excluders in a run: gases that do not see each other behave as if each were alone, bit for
- * bit; barrier nodes that do not see each other make the same run, to round-off, with fewer entries; what is
- * refused. */
+/* test_exclude.c - excluders in runs: two gases that exclude each other behave, bitwise, as if the other one
+ * were absent; and excluders that are refused. */
 #include "tests/unit/scenario.h"
 
 static const char mixture[] =
@@ -20,11 +19,11 @@ static const char mixture[] =
     "scheme: {dt: 0.002}\n"
     "until: 1\n";
 
-/* How many of the light nodes differ in position, velocity or energy. */
+/* Counts the light nodes that differ in position, velocity or energy. */
 static int differ(const struct scenario *a, const struct scenario *b) {
   const struct kith_nodes *m = a->simulation->nodes, *n = b->simulation->nodes;
   int64_t most;
-  kith_index *place = scenario_places(b, &most);
+  kith_index *place = scenario_indices(b, &most);
   int count = 0;
   CHECK(m->lists[0].count == n->lists[0].count && m->lists[0].count > 10);
   for (kith_index i = 0; i < m->lists[0].count; ++i) {
@@ -39,7 +38,7 @@ static int differ(const struct scenario *a, const struct scenario *b) {
   return count;
 }
 
-/* `size`: where the heavy gas ends. */
+/* `size`: the upper end of the heavy gas. */
 static bool run_mixture(struct scenario *s, const char *size, const char *package, const char *exclude) {
   char text[2048];
   snprintf(text, sizeof text, "%s%s%s", mixture, exclude[0] != '\0' ? "connectivity: {exclude: '" : "",
@@ -49,8 +48,8 @@ static bool run_mixture(struct scenario *s, const char *size, const char *packag
   return scenario_open(s, text, "method.package=%s", package) && scenario_run(s, 3);
 }
 
-/* The light gas feels the heavy one, but not if they are excluded: then it does not matter how much of it
- * there is. */
+/* The light gas is accelerated by the heavy one, unless they are excluded: then it does not matter how much
+ * heavy gas there is. */
 static void check_apart(const char *package) {
   static const char apart_words[] = "materials:of=light and=heavy";
   struct scenario mixed = {0}, apart = {0}, few = {0};

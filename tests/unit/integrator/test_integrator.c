@@ -1,4 +1,6 @@
-/* The step: what is conserved, what symmetry demands, order in dt. */
+/* test_integrator.c - steps of the schemes with compatible energies: conservation to round-off, agreement of
+ * traversals, symmetry (an octant against the whole box), Galilean invariance, order in dt against a fine
+ * reference, and the time-step limit against all nodes. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
@@ -15,15 +17,15 @@ static const char blast[] =
     "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: kernel, spacings: 2}\n"
     "until: 1\n";
 
-/* Those that keep a compatible energy. */
+/* The schemes that keep energies compatible. */
 static const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2", "verlet"};
 enum { SCHEMES = sizeof schemes / sizeof *schemes };
 
-/* Pairwise forces and compatible energy: every scheme keeps both sums, whatever it does to the state, since
- * each kick moves all velocities and energies by the same dt and the same forces. What is left is round-off
- * of sums: 1e-16 of the largest term for each of some 1e3 additions, at random, 60 times. Measured: 7e-15.
- * (Thermal energy drifts by 1e-5 to 1e-3 here.) */
-static void conserves(void) {
+/* Forces act in pairs and energies are compatible, so every scheme conserves momentum and energy, since each
+ * kick changes all velocities and energies by the same dt and the same forces. Tolerance: round-off of sums,
+ * 1e-16 of the largest term for each of some 1e3 additions, at random, 60 times. Measured: 7e-15. (With
+ * thermal energies the error is 1e-5 to 1e-3 here.) */
+static void energy_and_momentum_conserved(void) {
   static const char *const traversal[] = {"pairs", "gather"};
   static const char *const rest[] = {"connectivity.rebuild=always",
                                      "connectivity.rebuild=displacement connectivity.reorder=2",
@@ -34,21 +36,21 @@ static void conserves(void) {
         struct scenario run = {0};
         if (scenario_open(&run, blast, "scheme.name=%s traversal=%s %s", schemes[s], traversal[t], rest[k]) &&
             scenario_run(&run, 60)) {
-          CHECK(scenario_energy_drift(&run) <= 1e-12);
-          CHECK(scenario_momentum_drift(&run) <= 1e-12);
+          CHECK(scenario_energy_error(&run) <= 1e-12);
+          CHECK(scenario_momentum_error(&run) <= 1e-12);
         }
         scenario_close(&run);
       }
 }
 
-/* A mirror gives no energy; it gives momentum along its axis only. */
-static void walls_conserve(void) {
+/* A mirror gives no energy, and momentum along its axis only. */
+static void conserved_between_walls(void) {
   for (int s = 0; s < SCHEMES; ++s) {
     struct scenario run = {0};
     if (scenario_open(&run, blast, "scheme.name=%s boundaries.x=reflecting", schemes[s]) &&
         scenario_run(&run, 60)) {
       const struct kith_totals now = kith_hydro_totals(&run.simulation->hydro);
-      CHECK(scenario_energy_drift(&run) <= 1e-12);
+      CHECK(scenario_energy_error(&run) <= 1e-12);
       CHECK(fabs(now.momentum[0] - run.start.momentum[0]) > 1e-3 * now.momentum_scale);
       for (int a = 1; a < NDIM; ++a)
         CHECK(fabs(now.momentum[a] - run.start.momentum[a]) <= 1e-12 * now.momentum_scale);
@@ -57,8 +59,8 @@ static void walls_conserve(void) {
   }
 }
 
-/* The same sums of the same terms, but each pair evaluated once or twice: terms differ by their own rounding.
- * Measured: 3e-15 after 20 steps. */
+/* The traversals sum the same terms, evaluated once or twice per pair, which differ in rounding. Measured:
+ * 3e-15 after 20 steps. */
 static void traversals_agree(void) {
   for (int thermal = 0; thermal < 2; ++thermal) {
     struct scenario pairs = {0}, gather = {0};
@@ -96,7 +98,8 @@ static const char octant[] =
     "energy: {energy: {1d: 0.5, 2d: 0.25, 3d: 0.125}, center: [0, 0, 0], over: kernel, spacings: 2.4}\n"
     "until: {1d: 0.16, 2d: 0.092, 3d: 0.05}\n";
 
-/* Largest distance of a field between nodes of `part` and the nodes of `whole` at the same place. */
+/* The largest difference of a field between nodes of `part` and the nodes of `whole` at the same
+ * positions. */
 static double folded_distance(const struct scenario *part, const struct scenario *whole, const char *name) {
   const struct kith_field *p = scenario_field(part, name), *q = scenario_field(whole, name);
   const double *x = part->simulation->nodes->position->f64, *y = whole->simulation->nodes->position->f64;
@@ -116,8 +119,8 @@ static double folded_distance(const struct scenario *part, const struct scenario
   return distance / largest;
 }
 
-/* Mirrors and the other octants do the same sums in another order: round-off, which a shock amplifies.
- * Measured: 3e-14. */
+/* Mirrors, and the other octants, contribute the same terms in another order: round-off, which a shock
+ * amplifies. Measured: 3e-14. */
 static void octant_is_whole(void) {
   static const char *const fields[] = {"position", "velocity", "energy", "density", "support"};
   struct scenario whole = {0}, part = {0};
@@ -138,9 +141,10 @@ static void boost(const struct scenario *s, double sign) {
   for (kith_index i = 0; i < s->simulation->nodes->n_internal * NDIM; ++i) v->f64[i] += sign * by[i % NDIM];
 }
 
-/* Nothing knows the frame. Velocities of 7 instead of 1 are rounded to 1e-15, positions wrap: that is all. A
- * common drift is no displacement: lists last as long as at rest. Measured: 2e-14. */
-static void boosted(void) {
+/* A common velocity changes nothing. Tolerance: velocities of 7 instead of 1 are rounded to 1e-15, and
+ * positions wrap. A common motion is no displacement, so lists are kept as long as at rest. Measured:
+ * 2e-14. */
+static void galilean_invariance(void) {
   static const char *const policy[] = {"always", "displacement"};
   for (int k = 0; k < 2; ++k) {
     struct scenario rest = {0}, moving = {0};
@@ -164,7 +168,7 @@ static void boosted(void) {
 
 /* --- order in dt --- */
 
-/* Linear enough to be smooth; without viscosity, whose switch is a corner. */
+/* Nearly linear, so smooth; without viscosity, whose switch is not smooth. */
 static const char wave[] =
     "dimension: 1\nscene: wave\n"
     "resolution: {1d: 32, 2d: 16, 3d: 10}\n"
@@ -175,9 +179,9 @@ static const char wave[] =
     "method: {viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
     "until: 0.32\n";
 
-/* All schemes solve the same equations of motion: one reference, by leapfrog with an eighth of the finest
- * step, whose own error is below 2 % of what is measured. Bound of the order: 2 within 0.12, the next order
- * in dt being 1/13 of the first. */
+/* All schemes solve the same equations of motion, so one reference serves: leapfrog with an eighth of the
+ * finest step, whose own error is below 2 % of what is measured. The order must be 2 within 0.12, as the next
+ * term in dt is 1/13 of the first. */
 static void order_in_dt(void) {
   static const char *const energy[] = {"compatible", "thermal"}, *const fields[] = {"position", "velocity",
                                                                                     "energy"};
@@ -206,7 +210,7 @@ static void order_in_dt(void) {
   }
 }
 
-/* The limit of a rank passes over nodes that surely allow more: it is the least of the limits of all. */
+/* The search for the limit skips nodes that surely allow more, and must find the least limit of all nodes. */
 static void limit_is_the_least(void) {
   static const char *const settings[] = {"method.package=sph", "method.package=mfm",
                                          "packages=[{\"name\":\"conduction\",\"conductivity\":0.1}]"};
@@ -230,11 +234,11 @@ static void limit_is_the_least(void) {
 int main(void) {
   limit_is_the_least();
   omp_set_num_threads(1);
-  conserves();
-  walls_conserve();
+  energy_and_momentum_conserved();
+  conserved_between_walls();
   traversals_agree();
   octant_is_whole();
-  boosted();
+  galilean_invariance();
   order_in_dt();
   return check_failed();
 }

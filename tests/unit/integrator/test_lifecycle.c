@@ -1,9 +1,10 @@
-/* The lifecycle under a whole run: what it may not change at all, bitwise, and what it may, by how much. */
+/* test_lifecycle.c - what the lifecycle must not change, bitwise (threads, searches, culling), and what it
+ * may change by round-off or by the accuracy of supports (reordering, rebuild policies). The oracle is the
+ * run without the option. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
-/* A shaken gas with a blast in a corner of the middle: nothing is symmetric, nodes cross faces, supports
- * differ. */
+/* Disordered gas with an asymmetric blast: nodes cross faces, and supports differ. */
 static const char box[] =
     "scene: box\n"
     "dimension: 3\n"
@@ -21,7 +22,7 @@ static const char *const sides[] = {"open", "periodic", "reflecting", "[reflecti
                                     "[open,reflecting]"};
 enum { SIDES = 5, COMBINATIONS = NDIM == 1 ? SIDES : NDIM == 2 ? SIDES * SIDES : SIDES * SIDES * SIDES };
 
-/* "boundaries.x=... boundaries.y=..." of combination k. */
+/* Writes "boundaries.x=... boundaries.y=..." of combination k. */
 static void combine(int k, char settings[256]) {
   size_t used = 0;
   for (int a = 0; a < NDIM; ++a, k /= SIDES)
@@ -51,7 +52,7 @@ static void threads_agree(void) {
                                     : 12,
                         settings[k]) &&
           scenario_run(&many, 5)) {
-        scenario_same(&one, &many, settings[k]);
+        scenario_identical(&one, &many, settings[k]);
         const struct kith_totals p = kith_hydro_totals(&one.simulation->hydro),
                                  q = kith_hydro_totals(&many.simulation->hydro);
         CHECK(memcmp(&p, &q, sizeof p) == 0);
@@ -63,7 +64,7 @@ static void threads_agree(void) {
   omp_set_num_threads(1);
 }
 
-static void closes(const struct scenario *s, const char *what) {
+static void check_ledger(const struct scenario *s, const char *what) {
   const struct kith_ledger *l = &s->simulation->integrator.ledger;
   const bool closed = kith_ledger_closes(l) && l->lifecycles >= 1 &&
                       l->last_ghosts == (uint64_t)s->simulation->nodes->n_ghost;
@@ -71,7 +72,7 @@ static void closes(const struct scenario *s, const char *what) {
   CHECK(closed);
 }
 
-/* Ghosts that no row holds are never read: without them everything is the same, pairs in the same order. */
+/* Ghosts in no row are never read: without them all is bitwise identical, also the order of pairs. */
 static void culling_changes_nothing(void) {
   uint64_t culled = 0;
   for (int k = 0; k < COMBINATIONS; ++k) {
@@ -81,9 +82,9 @@ static void culling_changes_nothing(void) {
     const bool made = scenario_open(&with, box, "%s", where);
     if (made && scenario_open(&without, box, "%s connectivity.cull=false", where)) {
       if (scenario_run(&with, 4) && scenario_run(&without, 4)) {
-        scenario_same(&with, &without, where);
-        closes(&with, where);
-        closes(&without, where);
+        scenario_identical(&with, &without, where);
+        check_ledger(&with, where);
+        check_ledger(&without, where);
         CHECK(without.simulation->integrator.ledger.ghosts_culled == 0);
         CHECK(with.simulation->integrator.ledger.last_pairs ==
               without.simulation->integrator.ledger.last_pairs);
@@ -93,7 +94,7 @@ static void culling_changes_nothing(void) {
     }
     scenario_close(&with);
   }
-  CHECK(NDIM == 1 || culled > 0); /* there was something to cull */
+  CHECK(NDIM == 1 || culled > 0); /* some ghosts were culled */
 }
 
 static void searches_agree(void) {
@@ -106,16 +107,15 @@ static void searches_agree(void) {
       if (scenario_open(&other, box, "boundaries.x=%s neighbor.search=%s", sides[k],
                         kith_search_all()[s]->name) &&
           scenario_run(&other, 5))
-        scenario_same(&first, &other, kith_search_all()[s]->name);
+        scenario_identical(&first, &other, kith_search_all()[s]->name);
       scenario_close(&other);
     }
     scenario_close(&first);
   }
 }
 
-/* Sums in another order are off by some 1e-16 of their largest term, and each step hands that on. A pair
- * whose limiter or whose Newton step stands at a switch may see more of it; none did here. Measured:
- * 6e-16. */
+/* Sums in another order differ by about 1e-16 of their largest term, which later steps inherit. A pair whose
+ * limiter or Newton step is near a switch might differ more; none does here. Measured: 6e-16. */
 static void reordering_is_round_off(void) {
   struct scenario plain = {0}, ordered = {0};
   if (scenario_open(&plain, box, "%s", "") && scenario_open(&ordered, box, "connectivity.reorder=1")) {
@@ -130,38 +130,38 @@ static void reordering_is_round_off(void) {
   scenario_close(&plain);
 }
 
-/* Verlet lists hold more nodes, all of them outside of the supports: they add zeros. What they do change is
- * where Newton's steps of a support are cut off at the search radius, hence the H that it stops at, which is
- * known to the square of 1e-4 (density.c): two runs may differ by a few 1e-8 in H, and, as forces follow H
- * continuously, in the velocities. Bound: 1e-7 of the largest. With one skin for both, nothing is left but
- * the order of sums. Measured: 2e-8, and 3e-15 with one skin. */
+/* Verlet lists hold more nodes, which are outside of supports and add zeros. But Newton steps of supports are
+ * cut off at the search radius, so that supports stop at other values within their accuracy, the square of
+ * 1e-4 (density.c): some 1e-8 in H and, since forces are continuous in H, in velocities. Tolerance: 1e-7 of
+ * the largest. With equal skins only the order of sums differs. Measured: 2e-8, and 3e-15 with equal
+ * skins. */
 static void policies_agree(void) {
   static const double skin[] = {0.05, 0.1, 0.2, 0.4};
-  struct scenario always = {0}, same = {0}, lasting = {0};
+  struct scenario always = {0}, same = {0}, kept = {0};
   if (scenario_open(&always, box, "%s", "")) scenario_run(&always, 30);
   for (int k = 0; k < 4; ++k) {
     if (scenario_open(&same, box, "connectivity.rebuild=always|displacement connectivity.skin=%g", skin[k]))
       scenario_run(&same, 30);
-    if (scenario_open(&lasting, box, "connectivity.rebuild=displacement|entity-change connectivity.skin=%g",
+    if (scenario_open(&kept, box, "connectivity.rebuild=displacement|entity-change connectivity.skin=%g",
                       skin[k]) &&
-        scenario_run(&lasting, 30)) {
-      const struct kith_ledger *l = &lasting.simulation->integrator.ledger;
-      CHECK(scenario_distance(&always, &lasting, "support") <= 1e-7);
-      CHECK(scenario_distance(&always, &lasting, "velocity") <= 1e-7);
-      CHECK(scenario_distance(&always, &lasting, "energy") <= 1e-7);
-      CHECK(scenario_distance(&same, &lasting, "support") <= 1e-12);
-      CHECK(scenario_distance(&same, &lasting, "velocity") <= 1e-12);
-      CHECK(scenario_distance(&same, &lasting, "energy") <= 1e-12);
+        scenario_run(&kept, 30)) {
+      const struct kith_ledger *l = &kept.simulation->integrator.ledger;
+      CHECK(scenario_distance(&always, &kept, "support") <= 1e-7);
+      CHECK(scenario_distance(&always, &kept, "velocity") <= 1e-7);
+      CHECK(scenario_distance(&always, &kept, "energy") <= 1e-7);
+      CHECK(scenario_distance(&same, &kept, "support") <= 1e-12);
+      CHECK(scenario_distance(&same, &kept, "velocity") <= 1e-12);
+      CHECK(scenario_distance(&same, &kept, "energy") <= 1e-12);
       CHECK(k == 0 || l->lifecycles < always.simulation->integrator.ledger.lifecycles);
-      closes(&lasting, "displacement");
+      check_ledger(&kept, "displacement");
     }
-    scenario_close(&lasting);
+    scenario_close(&kept);
     scenario_close(&same);
   }
   scenario_close(&always);
 }
 
-/* Lists that are never rebuilt: the answer of lists that are, or none. */
+/* With lists that are never rebuilt, a run gives the results of rebuilt lists, or stops. */
 static void never_is_right_or_stops(void) {
   struct scenario always = {0}, never = {0};
   for (int moves = 0; moves < 2; ++moves) {
