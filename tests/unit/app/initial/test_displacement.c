@@ -1,4 +1,5 @@
-/* Regions whose lattice is stretched: places, masses, and what is refused. */
+/* test_displacement.c - regions whose lattice is displaced: positions and masses by formulas, and
+ * displacements that are refused. */
 #include "tests/unit/scenario.h"
 
 static const char box[] =
@@ -10,8 +11,8 @@ static const char box[] =
     "regions: [{material: gas, lattice: cubic, density: 1 + x, pressure: 1}]\n"
     "until: 1\n";
 
-/* x -> x^2, y -> y + x (1 - y) / 2, z -> z: volumes are stretched by 2 x (1 - x / 2). Differences over 1e-3
- * of a spacing are exact for polynomials of second order, but for rounding. */
+/* x -> x^2, y -> y + x (1 - y) / 2, z -> z stretches volumes by 2 x (1 - x / 2). The program uses differences
+ * over 1e-3 of a spacing, which are exact for quadratic polynomials, except for rounding. */
 static void stretched(void) {
   struct scenario plain = {0}, moved = {0};
   if (scenario_open(&plain, box, "connectivity.reorder=0") &&

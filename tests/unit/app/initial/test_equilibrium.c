@@ -1,9 +1,10 @@
-/* What stands when a run begins: regions in equilibrium, and what the origin of a run remembers of it. */
+/* test_equilibrium.c - regions that start in equilibrium have exactly the pressure of the scene; and how
+ * conservation errors are derived from totals, with values known by hand. */
 #include "app/output/output.h"
 #include "tests/unit/scenario.h"
 
-/* The pressure varies, and on shaken nodes the density that the package sums is not 1. */
-static const char shaken[] =
+/* The pressure varies, and on disordered nodes the summed density is not 1. */
+static const char disordered[] =
     "scene: shaken\n"
     "dimension: 3\n"
     "resolution: {1d: 40, 2d: 14, 3d: 8}\n"
@@ -16,16 +17,16 @@ static const char shaken[] =
     "  - {material: water, where: {x: [0.5, 1]}, lattice: cubic, jitter: 0.3, density: 1, pressure: 0.7}\n"
     "until: 1\n";
 
-/* The supports are solved twice, each time until a step of Newton's is below 1e-7: the densities differ by
- * the square of it, times the slopes of 3 dimensions and the 10 units that a stiffened gas cancels. */
-static const double same = 1e-12;
+/* Tolerance: supports are solved twice, until a Newton step is below 1e-7, so that densities differ by its
+ * square, times the slopes of 3 dimensions and the factor 10 by which terms of a stiffened gas cancel. */
+static const double tolerance = 1e-12;
 
 static double wanted(const struct scenario *s, kith_index i) {
   return s->simulation->nodes->list->u8[i] == 0 ? 1 + 0.5 * s->simulation->nodes->position->f64[i * NDIM]
                                                 : 0.7;
 }
 
-/* Largest deviation of the pressure of the start from the wanted one, of the nodes of a list. */
+/* The largest difference of the initial pressure from that of the scene, among nodes of a list. */
 static double deviation(const struct scenario *s, int list) {
   double worst = 0;
   for (kith_index i = 0; i < s->simulation->nodes->n_internal; ++i)
@@ -34,31 +35,32 @@ static double deviation(const struct scenario *s, int list) {
   return worst;
 }
 
-/* Where it is asked for, for any order of nodes; far off elsewhere. */
-static void holds(void) {
+/* Regions have their pressure if equilibrium is set, with any order of nodes, and differ by more than 0.01 if
+ * not. */
+static void pressures_are_wanted(void) {
   static const char *const settings[] = {"regions.0.equilibrium=true regions.1.equilibrium=true",
                                          "regions.1.equilibrium=true connectivity.reorder=1",
                                          "connectivity.reorder=1"};
   for (int k = 0; k < 3; ++k) {
     struct scenario s = {0};
-    if (scenario_open(&s, shaken, "%s", settings[k])) {
+    if (scenario_open(&s, disordered, "%s", settings[k])) {
       CHECK_OK(scenario_start(&s));
-      CHECK(k == 0 ? deviation(&s, 0) < same : deviation(&s, 0) > 0.01);
-      CHECK(k <= 1 ? deviation(&s, 1) < same : deviation(&s, 1) > 0.01);
+      CHECK(k == 0 ? deviation(&s, 0) < tolerance : deviation(&s, 0) > 0.01);
+      CHECK(k <= 1 ? deviation(&s, 1) < tolerance : deviation(&s, 1) > 0.01);
       CHECK((kith_nodes_field_named(s.simulation->nodes, "wanted_pressure") != NULL) == (k <= 1));
       CHECK_OK(scenario_steps(&s, 3));
-      /* What was set is the start: its energy is kept from there on. */
-      CHECK(scenario_energy_drift(&s) < 1e-13);
+      /* Energy is conserved from the equilibrium on. */
+      CHECK(scenario_energy_error(&s) < 1e-13);
     }
     scenario_close(&s);
   }
 }
 
-/* A deposit comes on top, whole. */
+/* A deposit is added to the equilibrium. */
 static void deposits_come_after(void) {
   struct scenario s = {0}, t = {0};
-  if (scenario_open(&s, shaken, "regions.0.equilibrium=true") &&
-      scenario_open(&t, shaken,
+  if (scenario_open(&s, disordered, "regions.0.equilibrium=true") &&
+      scenario_open(&t, disordered,
                     "regions.0.equilibrium=true "
                     "energy={'energy':3,'center':[0.25,0.5,0.5],'over':'ball','radius':0.2}")) {
     CHECK_OK(scenario_start(&s));
@@ -70,10 +72,10 @@ static void deposits_come_after(void) {
   scenario_close(&s);
 }
 
-/* The same everywhere. */
+/* The pressure is uniform across two regions. */
 static void uniform_pressure(void) {
   struct scenario s = {0};
-  if (scenario_open(&s, shaken,
+  if (scenario_open(&s, disordered,
                     "regions.0.pressure=0.7 regions.0.equilibrium=true regions.1.material=gas "
                     "regions.1.equilibrium=true")) {
     CHECK_OK(scenario_start(&s));
@@ -82,12 +84,12 @@ static void uniform_pressure(void) {
       low = fmin(low, s.simulation->hydro.pressure->f64[i]);
       high = fmax(high, s.simulation->hydro.pressure->f64[i]);
     }
-    CHECK(high - low < same);
+    CHECK(high - low < tolerance);
   }
   scenario_close(&s);
 }
 
-/* ---- the origin ---- */
+/* ---- conservation errors ---- */
 
 static struct kith_totals totals(double kinetic, double along, double turn, double fast) {
   struct kith_totals t = {.mass = 1,
@@ -100,12 +102,12 @@ static struct kith_totals totals(double kinetic, double along, double turn, doub
   return t;
 }
 
-/* Kinetic energy 4, 1, 3, 2, 0.5, 2: the largest rise above the least until then is 2. */
-static void follows(void) {
+/* Kinetic energies 4, 1, 3, 2, 0.5, 2: the largest rise above an earlier minimum is 2. */
+static void baseline_follows(void) {
   static const double kinetic[] = {4, 1, 3, 2, 0.5, 2}, turn[] = {1, 0.9, 0.5, 0.8, 0.9, 1},
                       fast[] = {0.1, 0.4, 0.2, 0.1, 0.1, 0.1};
   struct scenario s = {0};
-  if (scenario_open(&s, shaken, "materials.water.stiffness=2")) {
+  if (scenario_open(&s, disordered, "materials.water.stiffness=2")) {
     const struct kith_totals first = totals(kinetic[0], 0.5, turn[0], fast[0]);
     struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&first);
     for (int k = 0; k < 6; ++k) {
@@ -116,17 +118,18 @@ static void follows(void) {
     CHECK(baseline.kinetic_least == 0.5 && baseline.velocity_over_sound == 0.4 && baseline.energy_drift == 0);
     CHECK_CLOSE(baseline.momentum_drift, 0.1, 1e-15);
     if (NDIM == 1)
-      CHECK(isnan(baseline.angular_drift)); /* nothing turns on a line */
+      CHECK(isnan(baseline.angular_drift)); /* in 1-D there is no angular momentum */
     else
       CHECK_CLOSE(baseline.angular_drift, 0.125, 1e-15);
   }
   scenario_close(&s);
 }
 
-/* A liquid under pressure, of which the energy knows nothing, bursts: drifts are relative to its motion. */
-static void bursts(void) {
+/* A liquid under pressure expands suddenly, and its internal energy may be negative: errors are relative to
+ * the kinetic energy. */
+static void error_relative_to_motion(void) {
   struct scenario s = {0};
-  if (scenario_open(&s, shaken, "materials.water.stiffness=2")) {
+  if (scenario_open(&s, disordered, "materials.water.stiffness=2")) {
     const struct kith_totals first = {.kinetic = 1e-12, .momentum_scale = 1, .angular_scale = 1},
                              now = {.kinetic = 1,
                                     .internal = 1e-15 - 1,
@@ -139,13 +142,13 @@ static void bursts(void) {
   scenario_close(&s);
 }
 
-/* A wall, or frozen nodes, take angular momentum: no drift is told. */
-static void walls_turn_the_gas(void) {
+/* Walls and frozen nodes take angular momentum: no error is reported. */
+static void no_angular_error_with_walls(void) {
   static const char *const settings[] = {"boundaries.x=reflecting", "boundaries.x=[open,reflecting]",
                                          "regions.1.frozen=true"};
   for (int k = 0; k < 3; ++k) {
     struct scenario s = {0};
-    if (scenario_open(&s, shaken, "%s", settings[k])) {
+    if (scenario_open(&s, disordered, "%s", settings[k])) {
       const struct kith_totals first = totals(1, 0, 1, 1);
       struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&first);
       kith_conservation_baseline_update(&baseline, s.simulation, &first);
@@ -157,11 +160,11 @@ static void walls_turn_the_gas(void) {
 }
 
 int main(void) {
-  holds();
+  pressures_are_wanted();
   deposits_come_after();
   uniform_pressure();
-  follows();
-  bursts();
-  walls_turn_the_gas();
+  baseline_follows();
+  error_relative_to_motion();
+  no_angular_error_with_walls();
   return check_failed();
 }

@@ -1,4 +1,5 @@
-/* Nodes of scenes: masses, places, states, regions, deposits, jitter, displacement and what is refused. */
+/* test_initial_conditions.c - nodes that a scene creates: numbers, masses, positions, states, regions,
+ * deposits, jitter (against counts and formulas known by hand), and scenes that are refused. */
 #include <stdlib.h>
 #include <string.h>
 #include "app/initial/initial_conditions.h"
@@ -7,8 +8,8 @@
 
 enum { MAX = 4 };
 
-/* A scene by hand, and what setup makes of it. */
-struct stage {
+/* A scene that is built by hand, and the nodes that it creates. */
+struct hand_scene {
   struct kith_scene scene;
   struct kith_region region[MAX];
   struct kith_config_node node[MAX]; /* of the regions */
@@ -25,8 +26,8 @@ static struct kith_expression *formula(const char *text) {
   return f;
 }
 
-/* A cube [lower, upper]^NDIM of one ideal gas, no region yet. */
-static void open_stage(struct stage *s, double lower, double upper, double resolution) {
+/* A cube [lower, upper]^NDIM of one ideal gas, without regions. */
+static void open_scene(struct hand_scene *s, double lower, double upper, double resolution) {
   memset(s, 0, sizeof *s);
   s->scene.resolution = resolution;
   s->scene.region = s->region;
@@ -39,8 +40,8 @@ static void open_stage(struct stage *s, double lower, double upper, double resol
   }
 }
 
-/* Adds a region: the whole domain, at rest, P = 1. */
-static struct kith_region *add(struct stage *s, enum kith_lattice lattice, const char *density) {
+/* Adds a region that covers the domain, at rest, with P = 1. */
+static struct kith_region *add(struct hand_scene *s, enum kith_lattice lattice, const char *density) {
   struct kith_region *region = &s->region[s->scene.n_regions++];
   region->lattice = lattice;
   region->density = formula(density);
@@ -60,18 +61,18 @@ static void replace(struct kith_expression **old, const char *text) {
   *old = text ? formula(text) : NULL;
 }
 
-static kith_status run(struct stage *s) {
+static kith_status run(struct hand_scene *s) {
   int64_t total;
   return kith_initial_conditions(&s->nodes, &s->hydro, &s->scene, NULL, 50, &s->frozen, s->zone, &total);
 }
 
-/* Without nodes there is nothing to look at. */
-static void must_run(struct stage *s) {
+/* Without nodes nothing else can be tested. */
+static void must_run(struct hand_scene *s) {
   CHECK_OK(run(s));
   if (!s->nodes) exit(check_failed());
 }
 
-static void close_stage(struct stage *s) {
+static void close_scene(struct hand_scene *s) {
   for (int k = 0; k < s->scene.n_regions; ++k) {
     kith_expression_destroy(&s->region[k].density);
     kith_expression_destroy(&s->region[k].pressure);
@@ -83,19 +84,19 @@ static void close_stage(struct stage *s) {
   kith_free(&s->frozen);
 }
 
-/* The next setup fails with BAD_INPUT, says all of these, and leaves nothing behind. */
-static void refuses(struct stage *s, const char *first, const char *second) {
+/* The next call must fail with BAD_INPUT, name both texts, and leave nothing behind. */
+static void refuses(struct hand_scene *s, const char *first, const char *second) {
   CHECK_STATUS(KITH_BAD_INPUT, run(s));
   if (!strstr(kith_failure(), first) || !strstr(kith_failure(), second)) {
     ++check_failures;
     fprintf(stderr, "got '%s', wanted '%s' and '%s'\n", kith_failure(), first, second);
   }
   CHECK(!s->nodes && !s->frozen);
-  close_stage(s);
+  close_scene(s);
 }
 
-static double mass_of(const struct stage *s, kith_index first, kith_index count) {
-  double sum = 0, lost = 0; /* compensated: the test's own round-off does not count */
+static double mass_of(const struct hand_scene *s, kith_index first, kith_index count) {
+  double sum = 0, lost = 0; /* compensated, so that the sum of the test is exact */
   for (kith_index i = first; i < first + count; ++i) {
     const double m = s->hydro.mass->f64[i] - lost, next = sum + m;
     lost = (next - sum) - m;
@@ -104,10 +105,10 @@ static double mass_of(const struct stage *s, kith_index first, kith_index count)
   return sum;
 }
 
-/* One region: count, mass, ids, support, energy from the pressure. */
+/* One region: numbers, masses, ids, supports, and energies from the pressure. */
 static void one_region(void) {
-  struct stage s;
-  open_stage(&s, -0.5, 0.5, NDIM == 3 ? 12 : 48);
+  struct hand_scene s;
+  open_scene(&s, -0.5, 0.5, NDIM == 3 ? 12 : 48);
   add(&s, KITH_LATTICE_CUBIC, "2");
   replace(&s.region[0].velocity[0], "x + r");
   must_run(&s);
@@ -123,19 +124,19 @@ static void one_region(void) {
     CHECK(s.hydro.density->f64[i] == 2);
     CHECK_CLOSE(s.hydro.energy->f64[i], 1 / (0.4 * 2), 1e-14);
     CHECK_CLOSE(s.hydro.velocity->f64[i * NDIM], x[0] + kith_norm(x), 1e-15);
-    /* 50 nodes in the ball of radius H, each of volume 1 / n */
+    /* 50 nodes of volume 1 / n are in the ball of radius H */
     CHECK_CLOSE(kith_ball() * kith_pow_dim(s.nodes->support->f64[i]) * n, 50, 1e-11);
   }
   CHECK(material_value(&s.hydro.material[1], "gamma") == 5. / 3);
-  close_stage(&s);
+  close_scene(&s);
 }
 
 static const double jump_resolution = NDIM == 1 ? 999 : NDIM == 2 ? 150 : 60;
 
-/* Density 8 : 1 in two halves of a long box, `across` spacings wide. */
-static void open_jump(struct stage *s, enum kith_lattice lattice, enum kith_arrangement arrangement,
+/* Two halves of a long box with densities 8 : 1; it is `across` spacings wide. */
+static void open_jump(struct hand_scene *s, enum kith_lattice lattice, enum kith_arrangement arrangement,
                       double across) {
-  open_stage(s, -1, 1, jump_resolution);
+  open_scene(s, -1, 1, jump_resolution);
   s->scene.arrangement = arrangement;
   for (int a = 1; a < NDIM; ++a)
     s->scene.domain.lower[a] = 0, s->scene.domain.upper[a] = across / jump_resolution;
@@ -143,9 +144,10 @@ static void open_jump(struct stage *s, enum kith_lattice lattice, enum kith_arra
   add(s, lattice, "0.125")->where.extent[0][0] = 0;
 }
 
-/* A fit has half a layer of cells to spare: with 25 layers on the sparse side (at worst, bcc in 3-D) 2 %. */
+/* Layers of cells are whole, so masses differ by half a layer: at worst 2 %, with 25 layers on the sparse
+ * side (bcc in 3-D). */
 static void equal_masses(enum kith_lattice lattice, double across) {
-  struct stage s;
+  struct hand_scene s;
   open_jump(&s, lattice, KITH_EQUAL_MASS, across);
   must_run(&s);
   const kith_index n = s.nodes->n_internal;
@@ -158,21 +160,21 @@ static void equal_masses(enum kith_lattice lattice, double across) {
   CHECK(high / low < 1.02);
   CHECK_CLOSE(mass_of(&s, 0, n), 1.125 * volume, 1e-12 * volume);
   CHECK_CLOSE(low / wanted, 1, 0.15); /* 8 cells across: each of two axes rounds by up to 1/16 */
-  close_stage(&s);
+  close_scene(&s);
 }
 
 static void equal_spacings(enum kith_lattice lattice, double across) {
-  struct stage s;
+  struct hand_scene s;
   open_jump(&s, lattice, KITH_EQUAL_SPACING, across);
   must_run(&s);
   const kith_index half = s.nodes->n_internal / 2;
   for (kith_index i = 0; i < half; ++i) {
     CHECK(s.hydro.mass->f64[i] == 8 * s.hydro.mass->f64[i + half]);
     const double *x = s.nodes->position->f64 + i * NDIM, *y = x + half * NDIM;
-    CHECK_CLOSE(x[0], y[0] - 1, 1e-15); /* places of order 1 */
+    CHECK_CLOSE(x[0], y[0] - 1, 1e-15); /* positions are of order 1 */
     for (int a = 1; a < NDIM; ++a) CHECK(x[a] == y[a]);
   }
-  close_stage(&s);
+  close_scene(&s);
 }
 
 #if KITH_NDIM == 1
@@ -183,15 +185,16 @@ static void equal_spacings(enum kith_lattice lattice, double across) {
 #define BALL "(x - 0.5)^2 + (y - 0.5)^2 + (z - 0.5)^2"
 #endif
 
-/* A ball and what is around it tile the domain: no node twice, none missing in equal spacing. */
+/* A ball and its surroundings fill the domain: no site twice, none missing. */
 static void ball_and_rest(void) {
-  struct stage s;
-  open_stage(&s, 0, 1, NDIM == 1 ? 101 : 21);
+  struct hand_scene s;
+  open_scene(&s, 0, 1, NDIM == 1 ? 101 : 21);
   s.scene.arrangement = KITH_EQUAL_SPACING;
   for (int k = 0; k < 2; ++k) {
     struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, k == 0 ? "1" : "3");
     region->material = 1 - k;
-    region->where.inside = formula(k == 0 ? BALL " < (5/21)^2" : BALL " >= (5/21)^2"); /* through sites */
+    /* sites on the surface */
+    region->where.inside = formula(k == 0 ? BALL " < (5/21)^2" : BALL " >= (5/21)^2");
   }
   s.region[1].frozen = true;
   must_run(&s);
@@ -208,44 +211,45 @@ static void ball_and_rest(void) {
     CHECK(s.nodes->list->u8[i] == !outer);
     CHECK_CLOSE(s.hydro.energy->f64[i], outer ? 1 / (0.4 * 3) : 1.5, 1e-14);
   }
-  close_stage(&s);
+  close_scene(&s);
 }
 
-/* Expressions that complement each other, with sites where they change. */
+/* Formulas that complement each other, with sites where they change. */
 static void complements(void) {
-  struct stage s;
-  open_stage(&s, -1, 1, NDIM == 1 ? 50.5 : 7.5); /* odd counts: sites at 0 */
+  struct hand_scene s;
+  open_scene(&s, -1, 1, NDIM == 1 ? 50.5 : 7.5); /* odd counts: sites at 0 */
   add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x + y < 0");
   add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x + y >= 0");
   must_run(&s);
   CHECK(s.nodes->n_internal == (NDIM == 1 ? 101 : NDIM == 2 ? 225 : 3375));
-  close_stage(&s);
+  close_scene(&s);
 }
 
-/* rho(x) * cell volume; the mean sets the spacing against another region. */
+/* The mass is rho(x) times the volume of a cell; the mean density sets the spacing relative to another
+ * region. */
 static void graded(void) {
-  struct stage s;
-  open_stage(&s, 0, 2, NDIM == 3 ? 16 : 64);
+  struct hand_scene s;
+  open_scene(&s, 0, 2, NDIM == 3 ? 16 : 64);
   add(&s, KITH_LATTICE_CUBIC, "1 + 0.5*sin(2*pi*x)")->where.extent[0][1] = 1;
   add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 1;
   must_run(&s);
   const kith_index n = s.nodes->n_internal, half = n / 2;
-  CHECK(n == (NDIM == 1 ? 128 : NDIM == 2 ? 128 * 128 : 32 * 32 * 32)); /* the mean is 1 */
+  CHECK(n == (NDIM == 1 ? 128 : NDIM == 2 ? 128 * 128 : 32 * 32 * 32)); /* the mean density is 1 */
   for (kith_index i = 0; i < half; ++i) {
     const double rho = 1 + 0.5 * sin(2 * acos(-1.0) * s.nodes->position->f64[i * NDIM]);
     CHECK_CLOSE(s.hydro.mass->f64[i] / s.hydro.mass->f64[half], rho, 1e-13);
     CHECK_CLOSE(s.hydro.density->f64[i], rho, 1e-14);
   }
-  CHECK_CLOSE(mass_of(&s, 0, n), pow(2, NDIM),
-              1e-12 * 8); /* the midpoint sum of a sine over its period is exact */
-  close_stage(&s);
+  /* the midpoint sum of a sine over its period is exact */
+  CHECK_CLOSE(mass_of(&s, 0, n), pow(2, NDIM), 1e-12 * 8);
+  close_scene(&s);
 }
 
 static void jittered(void) {
-  struct stage plain, moved, again;
-  struct stage *all[3] = {&plain, &moved, &again};
+  struct hand_scene plain, moved, again;
+  struct hand_scene *all[3] = {&plain, &moved, &again};
   for (int k = 0; k < 3; ++k) {
-    open_stage(all[k], 0, 1, NDIM == 1 ? 200 : 15);
+    open_scene(all[k], 0, 1, NDIM == 1 ? 200 : 15);
     struct kith_region *region = add(all[k], KITH_LATTICE_BCC, "1");
     region->jitter = k == 0 ? 0 : 0.5;
     region->seed = 42;
@@ -262,30 +266,30 @@ static void jittered(void) {
     any = any || off > 0.45 * spacing;
   }
   CHECK(any);
-  for (int k = 0; k < 3; ++k) close_stage(all[k]);
+  for (int k = 0; k < 3; ++k) close_scene(all[k]);
 }
 
 static void own_spacing(void) {
-  struct stage s;
-  open_stage(&s, 0, 1, 10);
+  struct hand_scene s;
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.5;
   add(&s, KITH_LATTICE_CUBIC, "7")->where.extent[0][0] = 0.5;
-  s.region[1].spacing = 0.05; /* denser, but does not count for the others */
+  s.region[1].spacing = 0.05; /* denser, without effect on the other region */
   must_run(&s);
   const kith_index first = NDIM == 1 ? 5 : NDIM == 2 ? 50 : 500;
   CHECK(s.nodes->n_internal == first + 10 * (NDIM == 1 ? 1 : NDIM == 2 ? 20 : 400));
-  close_stage(&s);
+  close_scene(&s);
 }
 
-/* Energy in all nodes less the background. */
-static double deposited(const struct stage *s) {
+/* The energy of all nodes; here the background has none. */
+static double deposited(const struct hand_scene *s) {
   double sum = 0;
   for (kith_index i = 0; i < s->nodes->n_internal; ++i)
     sum += s->hydro.mass->f64[i] * s->hydro.energy->f64[i];
   return sum;
 }
 
-static struct kith_deposit *blast(struct stage *s, enum kith_deposit_shape shape, double center) {
+static struct kith_deposit *blast(struct hand_scene *s, enum kith_deposit_shape shape, double center) {
   static const struct kith_config_node node = {.location = {.file = "hand.yaml", .line = 77}};
   struct kith_deposit *deposit = &s->deposit[s->scene.n_deposits++];
   *deposit = (struct kith_deposit){.energy = 3, .shape = shape, .node = &node};
@@ -293,10 +297,10 @@ static struct kith_deposit *blast(struct stage *s, enum kith_deposit_shape shape
   return deposit;
 }
 
-/* How many nodes got energy; the sum is right and the energies are the same at mirrored places about 0. */
-static int heated(struct stage *s) {
+/* Returns the number of nodes with energy; the sum must be right, and energies symmetric about 0. */
+static int heated(struct hand_scene *s) {
   must_run(s);
-  CHECK_CLOSE(deposited(s), 3, 3e-14); /* 1e-14 of the energy: round-off of the sums */
+  CHECK_CLOSE(deposited(s), 3, 3e-14); /* 1e-14 of the energy: round-off of sums */
   int count = 0;
   const kith_index n = s->nodes->n_internal;
   for (kith_index i = 0; i < n; ++i) {
@@ -306,9 +310,9 @@ static int heated(struct stage *s) {
   return count;
 }
 
-static struct kith_deposit *cold_box(struct stage *s, double resolution, enum kith_deposit_shape shape,
+static struct kith_deposit *cold_box(struct hand_scene *s, double resolution, enum kith_deposit_shape shape,
                                      double center) {
-  open_stage(s, -0.5, 0.5, resolution);
+  open_scene(s, -0.5, 0.5, resolution);
   add(s, KITH_LATTICE_CUBIC, "1");
   replace(&s->region[0].pressure, "0");
   return blast(s, shape, center);
@@ -316,42 +320,42 @@ static struct kith_deposit *cold_box(struct stage *s, double resolution, enum ki
 
 static void deposits(void) {
   static const kith_index corners[3] = {2, 4, 8};
-  struct stage s;
+  struct hand_scene s;
   cold_box(&s, 15, KITH_DEPOSIT_POINT, 0);
   CHECK(heated(&s) == 1); /* a node at the center */
-  close_stage(&s);
+  close_scene(&s);
   cold_box(&s, 14, KITH_DEPOSIT_POINT, 0);
-  CHECK(heated(&s) == corners[NDIM - 1]); /* all the nearest */
-  close_stage(&s);
+  CHECK(heated(&s) == corners[NDIM - 1]); /* all nearest nodes */
+  close_scene(&s);
   cold_box(&s, 14, KITH_DEPOSIT_POINT, 0.5);
   for (int a = 0; a < NDIM; ++a) s.scene.period[a] = s.scene.domain.upper[a] - s.scene.domain.lower[a];
   CHECK(heated(&s) == corners[NDIM - 1]); /* also around a corner of a periodic box */
-  close_stage(&s);
-  cold_box(&s, 15, KITH_DEPOSIT_BALL, 0)->radius = 3. / 15;    /* nodes exactly on the sphere are in */
+  close_scene(&s);
+  cold_box(&s, 15, KITH_DEPOSIT_BALL, 0)->radius = 3. / 15;    /* nodes exactly on the sphere belong to it */
   CHECK(heated(&s) == (NDIM == 1 ? 7 : NDIM == 2 ? 29 : 123)); /* lattice points with |k| <= 3 */
-  close_stage(&s);
+  close_scene(&s);
   cold_box(&s, 15, KITH_DEPOSIT_BALL, 0)->spacings = 3;
   CHECK(heated(&s) == (NDIM == 1 ? 7 : NDIM == 2 ? 29 : 123));
-  close_stage(&s);
+  close_scene(&s);
 }
 
-/* Away from 0 equal distances differ by round-off: shells of nodes stay whole all the same. */
+/* Away from 0 equal distances differ by round-off; shells of nodes stay complete. */
 static void whole_shells(void) {
   static const int in_ball[3] = {7, 29, 123}, corners[3] = {2, 4, 8};
   for (int n = 9; n <= 24; ++n) {
-    struct stage s;
-    open_stage(&s, 0.1, 1.1, n);
+    struct hand_scene s;
+    open_scene(&s, 0.1, 1.1, n);
     add(&s, KITH_LATTICE_CUBIC, "1");
     replace(&s.region[0].pressure, "0");
     blast(&s, n % 2 ? KITH_DEPOSIT_BALL : KITH_DEPOSIT_POINT, 0.6)->radius = 3. / n;
     CHECK(heated(&s) == (n % 2 ? in_ball : corners)[NDIM - 1]);
-    close_stage(&s);
+    close_scene(&s);
   }
 }
 
 /* The specific energy is the cubic spline of the distance, whose support is 2 h = 4.8 spacings. */
 static void kernel_deposit(void) {
-  struct stage s;
+  struct hand_scene s;
   cold_box(&s, 15, KITH_DEPOSIT_KERNEL, 0)->spacings = 2.4;
   heated(&s);
   double center = 0;
@@ -363,12 +367,12 @@ static void kernel_deposit(void) {
     const double w = (pow(fmax(2 - q, 0), 3) - 4 * pow(fmax(1 - q, 0), 3)) / 4; /* M4 by truncated powers */
     CHECK_CLOSE(s.hydro.energy->f64[i] / center, w, 1e-13);
   }
-  close_stage(&s);
+  close_scene(&s);
   cold_box(&s, 14, KITH_DEPOSIT_KERNEL, 0)->radius = 0.34;
   heated(&s);
   for (kith_index i = 0; i < s.nodes->n_internal; ++i)
     CHECK((s.hydro.energy->f64[i] > 0) == (kith_norm(s.nodes->position->f64 + i * NDIM) < 0.34));
-  close_stage(&s);
+  close_scene(&s);
   cold_box(&s, 14, KITH_DEPOSIT_BALL, 0)->radius = 0.01;
   refuses(&s, "hand.yaml:77", "no node is within 0.01");
 }
@@ -387,24 +391,24 @@ static void state_errors(void) {
       {"1e-308", "1e10", NULL, "hand.yaml:10", "energy is inf"},
   };
   for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
-    struct stage s;
-    open_stage(&s, 0, 1, 10);
+    struct hand_scene s;
+    open_scene(&s, 0, 1, 10);
     add(&s, KITH_LATTICE_CUBIC, wrong[k].density);
     replace(&s.region[0].pressure, wrong[k].pressure);
     replace(&s.region[0].energy, wrong[k].energy);
     refuses(&s, wrong[k].line, wrong[k].says);
   }
-  struct stage s;
-  open_stage(&s, 0, 1, 10);
+  struct hand_scene s;
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1");
   replace(&s.region[0].velocity[NDIM - 1], "1/0");
   refuses(&s, "hand.yaml:10", "velocity along");
-  open_stage(&s, 0, 1, 10);
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1");
-  s.scene.material[0] = material_of("isothermal", "sound_speed=2"); /* has 4 there */
+  s.scene.material[0] = material_of("isothermal", "sound_speed=2"); /* its pressure is 4 there */
   refuses(&s, "hand.yaml:10", "pressure is not what its eos has");
-  for (int torn = 0; torn < 2; ++torn) { /* what is stiff bears tension, down to -stiffness */
-    open_stage(&s, 0, 1, 10);
+  for (int torn = 0; torn < 2; ++torn) { /* a stiffened gas bears tension, down to -stiffness */
+    open_scene(&s, 0, 1, 10);
     add(&s, KITH_LATTICE_CUBIC, "1");
     replace(&s.region[0].pressure, torn ? "-3.1" : "-2.9");
     s.scene.material[0] = material_of("stiffened", "gamma=2 stiffness=3");
@@ -413,56 +417,56 @@ static void state_errors(void) {
     } else {
       must_run(&s);
       CHECK_CLOSE(s.hydro.energy->f64[0], 3.1, 1e-15);
-      close_stage(&s);
+      close_scene(&s);
     }
   }
 }
 
 static void overlaps(void) {
-  struct stage s;
-  open_stage(&s, 0, 1, 10);
+  struct hand_scene s;
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "x - 2");
   s.node[0].location = (struct kith_source_location){.file = "--set"};
-  refuses(&s, "--set ", "density is -"); /* no line in an override */
-  open_stage(&s, 0, 1, 10);
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.52; /* less than a node's spacing too far */
+  refuses(&s, "--set ", "density is -"); /* an override has no line */
+  open_scene(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][1] = 0.52; /* less than a spacing too far */
   add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 0.42;
   refuses(&s, "hand.yaml:10", "line 20");
-  open_stage(&s, 0, 1, 10);
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("r < 0.3");
   add(&s, KITH_LATTICE_CUBIC, "1");
   refuses(&s, "hand.yaml:10", "line 20");
-  open_stage(&s, 0, 1, 10);
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1");
   add(&s, KITH_LATTICE_CUBIC, "1");
   refuses(&s, "hand.yaml:10", "line 20");
 }
 
-static void empty_and_absurd(void) {
-  struct stage s;
-  open_stage(&s, 0, 1, 10);
+static void empty_and_huge(void) {
+  struct hand_scene s;
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1");
-  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 1; /* beside the domain */
+  add(&s, KITH_LATTICE_CUBIC, "1")->where.extent[0][0] = 1; /* outside of the domain */
   refuses(&s, "hand.yaml:20", "domain");
-  open_stage(&s, 0, 1, 10);
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1")->where.inside = formula("x > 3");
   refuses(&s, "hand.yaml:10", "no node");
-  open_stage(&s, 0, 1, 10);
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_CUBIC, "1 + x")->where.inside = formula("x > 3");
   refuses(&s, "hand.yaml:10", "too thin");
-  open_stage(&s, 0, 1, 1e30);
+  open_scene(&s, 0, 1, 1e30);
   add(&s, KITH_LATTICE_CUBIC, "1");
   refuses(&s, "hand.yaml:10", "more than");
-  open_stage(&s, 0, 1, 10);
+  open_scene(&s, 0, 1, 10);
   s.scene.domain.upper[0] = INFINITY;
   add(&s, KITH_LATTICE_CUBIC, "1");
   refuses(&s, "hand.yaml:10", "not bounded");
-  open_stage(&s, 0, 1, NDIM == 1 ? 7e8 : NDIM == 2 ? 27000 : 890); /* either fits, together they do not */
+  open_scene(&s, 0, 1, NDIM == 1 ? 7e8 : NDIM == 2 ? 27000 : 890); /* one fits, both do not */
   add(&s, KITH_LATTICE_CUBIC, "1");
   add(&s, KITH_LATTICE_CUBIC, "1");
   refuses(&s, "nodes", "more than");
   if (NDIM != 2) return;
-  open_stage(&s, 0, 1, 10);
+  open_scene(&s, 0, 1, 10);
   add(&s, KITH_LATTICE_FCC, "1");
   refuses(&s, "hand.yaml:10", "2-D");
 }
@@ -485,6 +489,6 @@ int main(void) {
   kernel_deposit();
   state_errors();
   overlaps();
-  empty_and_absurd();
+  empty_and_huge();
   return check_failed();
 }

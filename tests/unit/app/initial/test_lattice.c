@@ -1,4 +1,6 @@
-/* Lattices: sites, volumes, mirrors, jitter and what is refused. */
+/* test_lattice.c - lattices: sites, volumes, nearest neighbors (against the geometry of ideal lattices),
+ * periodicity and mirrors (brute force over images), counts at the limits of rounding, stiffness, jitter, and
+ * what is refused. */
 #include "app/initial/lattice.h"
 #include "tests/check.h"
 
@@ -17,17 +19,18 @@ static struct kith_box box_of(double lower, const double *side) {
   return box;
 }
 
-/* Sides of a cell of volume sites per cell * 1, from its geometry alone: see the facts in each line. */
+/* Edges of a cell whose volume is its number of sites, from its geometry (see each line). Returns the number
+ * of sites. */
 static int ideal_cell(enum kith_lattice kind, double *side) {
   for (int a = 0; a < 3; ++a) side[a] = 1;
   if (NDIM == 1 || kind == KITH_LATTICE_CUBIC) return 1;
   if (NDIM == 2) {
-    const double a =
-        kind == KITH_LATTICE_BCC ? sqrt(2.0) : sqrt(2 / sqrt(3.0)); /* triangular: area sqrt(3)/2 a^2 */
+    /* triangular: area sqrt(3)/2 a^2 */
+    const double a = kind == KITH_LATTICE_BCC ? sqrt(2.0) : sqrt(2 / sqrt(3.0));
     side[0] = a, side[1] = kind == KITH_LATTICE_BCC ? a : sqrt(3.0) * a;
     return 2;
   }
-  if (kind == KITH_LATTICE_HCP) { /* close packed spheres of diameter a: volume a^3 / sqrt(2) each */
+  if (kind == KITH_LATTICE_HCP) { /* close-packed spheres of diameter a: volume a^3 / sqrt(2) each */
     const double a = pow(2, 1. / 6);
     side[0] = a, side[1] = sqrt(3.0) * a, side[2] = sqrt(8. / 3) * a;
     return 4;
@@ -37,7 +40,7 @@ static int ideal_cell(enum kith_lattice kind, double *side) {
   return n;
 }
 
-/* Distance to the nearest other site across periodic faces, and how many are there. */
+/* Returns the distance to the nearest site across periodic faces, and counts sites at this distance. */
 static double nearest(const struct kith_lattice_fit *fit, int64_t i, int *count) {
   double x[NDIM], y[NDIM], least = INFINITY;
   kith_lattice_site(fit, i, x);
@@ -58,7 +61,7 @@ static double nearest(const struct kith_lattice_fit *fit, int64_t i, int *count)
   return least;
 }
 
-/* Nearest neighbors of the ideal lattices: 2 on the line, 4 and 6 in the plane, 6, 8, 12, 12 in space. */
+/* Nearest neighbors in ideal lattices: 2 in 1-D, 4 and 6 in 2-D, 6, 8, 12, 12 in 3-D. */
 static void ideal(enum kith_lattice kind, double s) {
   static const double distance[3][N_KINDS] = {
       {1, 1, 1, 1},
@@ -75,12 +78,13 @@ static void ideal(enum kith_lattice kind, double s) {
   CHECK_CLOSE(fit.site_volume, kith_pow_dim(s), 1e-14 * kith_pow_dim(s)); /* round-off of a few products */
   for (int64_t i = 0; i < fit.sites; ++i) {
     int count;
-    CHECK_CLOSE(nearest(&fit, i, &count), distance[NDIM - 1][kind] * s, 1e-13 * s); /* places of order 30 s */
+    /* positions are of order 30 s */
+    CHECK_CLOSE(nearest(&fit, i, &count), distance[NDIM - 1][kind] * s, 1e-13 * s);
     CHECK(count == neighbors[NDIM - 1][kind]);
   }
 }
 
-/* Sum of a kernel over all images within its support, at x: brute force. */
+/* The sum of a kernel over all images within its support, by brute force. */
 static double kernel_sum(const struct kith_lattice_fit *fit, const double *x, double support) {
   double sum = 0, y[NDIM];
   int images[3] = {0, 0, 0};
@@ -103,7 +107,7 @@ static double kernel_sum(const struct kith_lattice_fit *fit, const double *x, do
   return sum;
 }
 
-/* Every site sees the same lattice across periodic faces, also when the cells are stretched. */
+/* All sites see the same lattice across periodic faces, also if cells are stretched. */
 static void continues(enum kith_lattice kind) {
   const double side[3] = {1.0, 0.83, 0.71};
   const struct kith_box box = box_of(0.2, side);
@@ -128,12 +132,12 @@ static bool is_site(const struct kith_lattice_fit *fit, const double *x) {
       const double side = fit->box.upper[a] - fit->box.lower[a], d = x[a] - y[a];
       off = fmax(off, fabs(d - side * round(d / side)));
     }
-    if (off < 1e-12) return true; /* sides are of order 1 */
+    if (off < 1e-12) return true; /* edges are of order 1 */
   }
   return false;
 }
 
-/* The sites, mirrored along `axis` and moved sideways by `glide` cells, are the sites. */
+/* Sites that are mirrored along `axis` and moved sideways by `glide` cells are sites. */
 static void mirrored(enum kith_lattice kind, int axis, const double *glide) {
   const double side[3] = {1.0, 0.83, 0.71};
   const struct kith_box box = box_of(0.2, side);
@@ -168,8 +172,8 @@ static void mirrors(void) {
   (void)x, (void)y, (void)z;
 }
 
-/* Layers along each axis lie symmetric about the middle, off the faces; in a box about 0, cubic bit by
- * bit. */
+/* Layers along each axis are symmetric about the middle, and away from faces; for cubic in a box around 0 to
+ * the last bit. */
 static void centered(enum kith_lattice kind) {
   struct kith_box box;
   for (int a = 0; a < NDIM; ++a) box.upper[a] = 0.5 + 0.1 * a, box.lower[a] = -box.upper[a];
@@ -188,7 +192,7 @@ static void centered(enum kith_lattice kind) {
   for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(sum[a], 0, 1e-12 * (double)fit.sites);
 }
 
-/* L / dx is off a whole number by round-off: the count must not be. */
+/* L / dx differs from an integer by round-off, the number of cells must not. */
 static void exact_counts(void) {
   static const double spacing[] = {0.1,     0.05,    0.02,    0.01,     0.003, 1. / 3, 1. / 7,
                                    1. / 48, 1. / 49, 1. / 60, 1. / 121, 0.7,   1e-5};
@@ -196,7 +200,7 @@ static void exact_counts(void) {
   for (size_t k = 0; k < sizeof spacing / sizeof spacing[0]; ++k) {
     double sum = 0;
     for (int n = 1; n <= 300; ++n) {
-      sum += spacing[k]; /* another round-off than n * spacing */
+      sum += spacing[k]; /* with another rounding than n * spacing */
       for (size_t l = 0; l < sizeof lower / sizeof lower[0]; ++l) {
         struct kith_box box;
         for (int a = 0; a < NDIM; ++a) {
@@ -211,7 +215,7 @@ static void exact_counts(void) {
   }
 }
 
-/* A half rounds up on both sides of a jump, whatever the round-off. */
+/* Halves are rounded up, whatever the round-off, so that both sides of a jump agree. */
 static void halves(void) {
   for (int n = 1; n <= 200; ++n) {
     struct kith_box box;
@@ -233,11 +237,12 @@ static void balanced(void) {
   for (int a = 0; a < NDIM; ++a) box.upper[a] = 1.005;
   CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_CUBIC, &box, 0.05));
   const int64_t before = fit.sites;
-  CHECK_OK(kith_lattice_balance(&fit, 1e-3 * kith_pow_dim(0.05))); /* no long axis but in 1-D */
+  CHECK_OK(kith_lattice_balance(&fit, 1e-3 * kith_pow_dim(0.05))); /* there is a long axis in 1-D only */
   CHECK(NDIM == 1 ? fit.sites > before : fit.sites == before);
 }
 
-/* A glass is even (its kernel sums are alike), nobody is close to another, and no two sites see the same. */
+/* A glass is uniform (its kernel sums are nearly equal), no two sites are close together, and distances to
+ * nearest sites vary. */
 static void glass(void) {
   double side[3] = {20, 10, 10}, least = INFINITY, most = 0, sum = 0, squares = 0, first = 0;
   const struct kith_box box = box_of(-3, side);
@@ -250,20 +255,20 @@ static void glass(void) {
     const double r = nearest(&fit, i, &count);
     kith_lattice_site(&fit, i, x);
     for (int a = 0; a < NDIM; ++a) CHECK(box.lower[a] <= x[a] && x[a] < box.upper[a]);
-    const double density = kernel_sum(&fit, x, 2.4) - 1; /* without its own part */
+    const double density = kernel_sum(&fit, x, 2.4) - 1; /* without the site itself */
     if (i == 0) first = density;
     least = KITH_MIN(least, r), most = KITH_MAX(most, r);
     sum += density / first - 1, squares += (density / first - 1) * (density / first - 1);
   }
   const double n = (double)(NDIM == 3 ? (fit.sites + 6) / 7 : fit.sites), mean = sum / n;
-  CHECK(least > 0.9 &&
-        most < 1.1); /* 0.93 to 1.09: between those of a cubic lattice and of a close-packed one */
+  /* 0.93 to 1.09: between those of a cubic and of a close-packed lattice */
+  CHECK(least > 0.9 && most < 1.1);
   CHECK(sqrt(squares / n - mean * mean) < 0.006); /* 0.002 to 0.004 */
   if (NDIM > 1) CHECK(most > least + 0.01);
 }
 
-/* Signs are those of what grows or dies out in runs: `kith stress rest-cubic-2d` and the like. Values by the
- * second derivative of the kernel, for the squares of 2-D: sum of W'' (A/r)^2 + W' (2 B/r - A^2/r^3). */
+/* Signs agree with disturbances that grow or decay in runs (`kith stress rest-cubic-2d` and others). Oracle
+ * for the square lattice: the second derivative of the kernel, sum of W'' (A/r)^2 + W' (2 B/r - A^2/r^3). */
 static void stiffness(void) {
   static const struct {
     enum kith_lattice kind;
@@ -340,7 +345,8 @@ static void refusals(void) {
   for (int a = 0; a < NDIM; ++a) CHECK(fit.cells[a] == 1);
 }
 
-/* Spacings and supports scale by powers of two to the last bit, so all that follows from them does. */
+/* Spacings and supports scale with powers of two to the last bit, so everything that follows from them does,
+ * too. */
 static void roots_scale(void) {
   for (int k = -40; k <= 40; ++k) {
     const double v = 0.1 + 0.01 * abs(k), root = kith_root_dim(v);

@@ -1,5 +1,5 @@
-/* history.csv, read by the names of its columns: every value is that of the objects; a restart continues it.
- * And the series of snapshots. */
+/* test_history.c - history.csv has the values of the objects, read by the names of its columns, and a restart
+ * continues it; and the series of snapshots. */
 #include <jansson.h>
 #include <unistd.h>
 #include "app/output/output.h"
@@ -18,17 +18,17 @@ static const char box[] =
     "0.1]}]\n"
     "until: 1\n";
 
-static const char *in(const char *name) {
+static const char *path_in(const char *name) {
   static char path[128];
   snprintf(path, sizeof path, "%s/%s", directory, name);
   return path;
 }
 
-/* A table that is read: its names, then its rows, cut into cells. */
+/* A table that was read: the first row has the names, all are split into cells. */
 enum { MOST_ROWS = 8, MOST_COLUMNS = 32 };
 struct table {
   char text[8192], *cell[MOST_ROWS][MOST_COLUMNS];
-  int n_rows, n_columns; /* rows without the names */
+  int n_rows, n_columns; /* without the row of names */
 };
 
 static void read_table(struct table *t, const char *path) {
@@ -60,7 +60,7 @@ static double value(const struct table *csv, int row, const char *name) {
   return strtod(cell(csv, row, name), NULL);
 }
 
-/* The row of a step beside the objects at its end. */
+/* Compares the row of a step with the objects after it. */
 static void check_row(const struct table *csv, int row, const struct scenario *s,
                       const struct kith_totals *now) {
   static const char *const momentum[] = {"momentum_x", "momentum_y", "momentum_z"}, *const angular[] = {
@@ -104,7 +104,7 @@ static void steps(void) {
       CHECK_OK(scenario_steps(&s, 1));
       now = kith_hydro_totals(&s.simulation->hydro);
       CHECK_OK(kith_history_step(&history, s.simulation));
-      read_table(&csv, in("history.csv"));
+      read_table(&csv, path_in("history.csv"));
       CHECK(csv.n_rows == k + 1);
       check_row(&csv, k, &s, &now);
     }
@@ -112,13 +112,13 @@ static void steps(void) {
     s.simulation->integrator.step = 2; /* a restart from there */
     CHECK_OK(kith_history_open(&history, directory, s.simulation, true));
     CHECK_OK(kith_csv_log_close(&history.steps));
-    read_table(&csv, in("history.csv"));
+    read_table(&csv, path_in("history.csv"));
     CHECK(csv.n_rows == 2 && value(&csv, 1, "step") == 2);
   }
   scenario_close(&s);
 }
 
-/* Names and times of those that are there. */
+/* The series lists names and times of the snapshots that exist. */
 static void series(void) {
   struct scenario s = {0};
   struct kith_output output = {0};
@@ -126,9 +126,9 @@ static void series(void) {
   if (scenario_open(&s, box, "%s", "") && scenario_run(&s, 1)) {
     CHECK_OK(kith_output_open(&output, s.simulation, directory, NULL, true));
     for (int k = 0; k < 3; ++k) CHECK_OK(kith_output_snapshot(&output, s.simulation));
-    unlink(in("snapshot_0001.hdf"));
+    unlink(path_in("snapshot_0001.hdf"));
     CHECK_OK(kith_output_snapshot(&output, s.simulation));
-    json_t *json = json_load_file(in("snapshots.hdf.series"), 0, &error);
+    json_t *json = json_load_file(path_in("snapshots.hdf.series"), 0, &error);
     const json_t *files = json_object_get(json, "files"), *last = json_array_get(files, 2);
     CHECK(strcmp(json_string_value(json_object_get(json, "file-series-version")), "1.0") == 0);
     CHECK(json_array_size(files) == 3);
@@ -146,7 +146,7 @@ int main(void) {
   CHECK(mkdtemp(directory) != NULL);
   steps();
   series();
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in(files[k]));
+  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(path_in(files[k]));
   CHECK(rmdir(directory) == 0);
   return check_failed();
 }

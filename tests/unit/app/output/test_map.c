@@ -1,4 +1,5 @@
-/* Maps: what a pixel holds, where there are no nodes, slices and lines of sight. */
+/* test_map.c - maps: pixels of a linear field (oracle: the field itself), slices and lines of sight, and
+ * regions without nodes. */
 #include <math.h>
 #include <string.h>
 #include "app/output/pictures/map.h"
@@ -14,7 +15,7 @@ static double position[SIDE * SIDE * SIDE * NDIM], one[SIDE * SIDE * SIDE], volu
 static double value[SIDE * SIDE * SIDE];
 static float pixel[4096 * 480];
 
-/* A lattice of cubes in [0, 1]^d, without the part of it where x > `end`. */
+/* A cubic lattice in [0, 1]^d, without its part where x > `end`. */
 static struct kith_profile_view lattice(double end) {
   kith_index n = 0;
   for (int k = 0; k < pow(SIDE, NDIM); ++k) {
@@ -26,7 +27,7 @@ static struct kith_profile_view lattice(double end) {
   return (struct kith_profile_view){n, position, NULL, volume, one, NULL, NULL, NULL, NULL};
 }
 
-/* The largest distance of pixels, but for those within `edge` of the bounds, from c + x c0 + y c1. */
+/* The largest difference of pixels from c + x c0 + y c1, except those within `edge` of the bounds. */
 static double distance(const struct kith_map *map, double edge, double c, double c0, double c1) {
   double most = 0;
   for (int j = 0; j < map->pixels[1]; ++j)
@@ -45,9 +46,10 @@ int main(void) {
   CHECK(plane.pixels[0] == 480 && plane.pixels[1] == 480 && plane.normal == -1);
   CHECK(fabs(plane.lower[0]) < 1e-12 && fabs(plane.lower[0] + 480 * plane.size[0] - 1) < 1e-12);
   CHECK_OK(kith_map_draw(&plane, &nodes, value, pixel));
-  CHECK(distance(&plane, 0.15, 1, 1, -3) < 0.1 / SIDE); /* a linear field but for the lattice's pattern */
-  CHECK(distance(&plane, 0, 1, 1, -3) < 4.0 / SIDE);    /* at the edges one side lacks nodes */
-  value[7] = NAN;                                       /* counts for nothing */
+  /* a linear field, except for the pattern of the lattice */
+  CHECK(distance(&plane, 0.15, 1, 1, -3) < 0.1 / SIDE);
+  CHECK(distance(&plane, 0, 1, 1, -3) < 4.0 / SIDE); /* at edges nodes are missing on one side */
+  value[7] = NAN;                                    /* is ignored */
   CHECK_OK(kith_map_draw(&plane, &nodes, value, pixel));
   CHECK(distance(&plane, 0, 1, 1, -3) < 4.0 / SIDE);
 #if NDIM == 3
@@ -63,7 +65,7 @@ int main(void) {
   CHECK_OK(kith_map_draw(&sight, &nodes, value, pixel));
   CHECK(distance(&sight, 0, 0.5, 0, 0) < 1e-5);
 #endif
-  /* Half of the box, with a node far away: what is between them is empty. */
+  /* Half of the box and a node far away: between them there is nothing. */
   nodes = lattice(0.5);
   position[0] = 1 - 0.5 / SIDE;
   memset(value, 0, sizeof value);

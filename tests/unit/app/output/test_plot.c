@@ -1,4 +1,5 @@
-/* The picture's data and script: what is in the files, names that would do harm, a missing gnuplot. */
+/* test_plot.c - the data and script of a picture: what the files contain, against a solution defined here;
+ * names of scenes that could do harm in a script; a missing gnuplot. */
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -10,7 +11,7 @@
 static char directory[] = "plot-test-XXXXXX";
 static char text[4 << 20];
 
-static const char *in(const char *name) {
+static const char *path_in(const char *name) {
   static char path[2][128];
   static int turn;
   char *p = path[turn++ % 2];
@@ -19,14 +20,15 @@ static const char *in(const char *name) {
 }
 
 static const char *load(const char *name) {
-  FILE *f = fopen(in(name), "r");
+  FILE *f = fopen(path_in(name), "r");
   CHECK(f != NULL);
   text[f != NULL ? fread(text, 1, sizeof text - 1, f) : 0] = '\0';
   if (f != NULL) fclose(f);
   return text;
 }
 
-/* Rows of five numbers behind one title; the last of them, the smallest and the largest place. */
+/* Counts rows of five numbers after one title; returns the last row, and the smallest and largest
+ * position. */
 static int rows(const char *name, double last[5], double *least, double *most) {
   int n = 0;
   *least = INFINITY, *most = -INFINITY;
@@ -37,7 +39,7 @@ static int rows(const char *name, double last[5], double *least, double *most) {
   return n;
 }
 
-/* A solution made for this test: radial about (1, 0, 0), v = r outwards, density 1 + r. */
+/* A solution for this test: radial about (1, 0, 0), v = r outwards, density 1 + r. */
 static const struct kith_exact_gas solution = {.center = {1}};
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   double r = 0;
@@ -100,10 +102,10 @@ static void contents(void) {
   CHECK(last[1] == 2 && fabs(last[2] + 2) < 1e-7 && last[4] == 2);
   CHECK(rows("exact.dat", last, &least, &most) > 1000);
   CHECK_CLOSE(least, 0, 0);
-  CHECK_CLOSE(most, 0.8, 1e-7); /* 1.6 shocks */
+  CHECK_CLOSE(most, 0.8, 1e-7); /* 1.6 shock radii */
   CHECK_CLOSE(last[1], 1.8, 1e-7);
   CHECK_CLOSE(last[2], 0.8, 1e-7);
-  for (int a = 1; a < NDIM; ++a) /* 3 along y beside the axis is around it, along z is not */
+  for (int a = 1; a < NDIM; ++a) /* a velocity 3 along y is azimuthal, one along z is not */
     for (int i = 0; i < 100; ++i) velocity[(size_t)i * NDIM + a] = a == 1 ? 3 : 50;
   p.exact = &turning;
   CHECK_OK(kith_plot_write(&p, directory));
@@ -112,17 +114,17 @@ static void contents(void) {
   CHECK_CLOSE(last[0], 0.995, 1e-7);
   if (NDIM > 1) CHECK_CLOSE(last[2], 3, 1e-7);
   rows("exact.dat", last, &least, &most);
-  CHECK_CLOSE(most, 0.995, 1e-7);               /* no shock to end it */
+  CHECK_CLOSE(most, 0.995, 1e-7);               /* no shock that ends it */
   if (NDIM > 1) CHECK_CLOSE(last[2], 0, 1e-15); /* this solution moves outwards */
   p.exact = &planar;
   CHECK_OK(kith_plot_write(&p, directory));
   rows("exact.dat", last, &least, &most);
-  CHECK_CLOSE(least, 1.005, 1e-7); /* where the nodes are */
+  CHECK_CLOSE(least, 1.005, 1e-7); /* the range of the nodes */
   CHECK_CLOSE(most, 1.995, 1e-7);
 }
 
-/* What is drawn unless the scene says otherwise. */
-static void suited(void) {
+/* What is drawn if the scene does not say. */
+static void default_pictures(void) {
   const struct {
     const struct kith_exact_ops *exact;
     int curves, maps;
@@ -132,7 +134,7 @@ static void suited(void) {
                {NULL, NDIM > 1 ? 0 : 4, NDIM > 1 ? 1 : 0}};
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
     const struct kith_plot p = sample(50, cases[k].exact);
-    for (kith_index i = 0; i < 50 && NDIM > 1; ++i) position[(size_t)i * NDIM + 1] = i % 7; /* no tube */
+    for (kith_index i = 0; i < 50 && NDIM > 1; ++i) position[(size_t)i * NDIM + 1] = i % 7; /* not a tube */
     CHECK_OK(kith_plot_write(&p, directory));
     load("plot.gp");
     CHECK(occurrences(text, "profile.dat") == cases[k].curves &&
@@ -140,7 +142,7 @@ static void suited(void) {
   }
 }
 
-/* 20000 of many, no two of the same, from end to end, the same again. */
+/* Of many nodes 20000 are drawn, all different, over the whole range, the same ones each time. */
 static void thinned(void) {
   double last[5], least, most, before = -INFINITY;
   struct kith_picture curves = usual;
@@ -161,7 +163,8 @@ static void thinned(void) {
   free(first);
 }
 
-/* gnuplot draws; whatever the scene is called, however odd the values; and without it there is one line. */
+/* gnuplot draws the picture, whatever the name of the scene and however odd the values; without gnuplot there
+ * is a one-line message. */
 static void drawing(void) {
   struct kith_plot p = sample(50, &radial);
   char *path = strdup(getenv("PATH") != NULL ? getenv("PATH") : "");
@@ -169,12 +172,12 @@ static void drawing(void) {
   CHECK_OK(kith_plot_write(&p, directory));
   kith_status status = kith_gnuplot_run(directory, "plot");
   struct stat png = {0};
-  if (status == KITH_OK) { /* else there is none here */
-    CHECK(stat(in("plot.png"), &png) == 0 && png.st_size > 10000);
-    CHECK(stat(in("plot.pdf"), &png) == 0 && png.st_size > 10000);
-    CHECK(access(in("plot.log"), F_OK) != 0);
-    CHECK(access(in("plot-was-here"), F_OK) != 0);
-    for (kith_index n = 0; n < 3; ++n) { /* no node; one; not a number; nothing to show at all */
+  if (status == KITH_OK) { /* else gnuplot is not installed */
+    CHECK(stat(path_in("plot.png"), &png) == 0 && png.st_size > 10000);
+    CHECK(stat(path_in("plot.pdf"), &png) == 0 && png.st_size > 10000);
+    CHECK(access(path_in("plot.log"), F_OK) != 0);
+    CHECK(access(path_in("plot-was-here"), F_OK) != 0);
+    for (kith_index n = 0; n < 3; ++n) { /* no nodes; one; values that are not finite */
       p = sample(n, n == 1 ? &planar : n == 2 ? NULL : &radial);
       if (n == 2) scalar[0] = NAN, scalar[1] = INFINITY;
       CHECK_OK(kith_plot_write(&p, directory));
@@ -183,7 +186,7 @@ static void drawing(void) {
     p = sample(0, NULL);
     CHECK_OK(kith_plot_write(&p, directory));
     CHECK_OK(kith_gnuplot_run(directory, "plot"));
-    FILE *f = fopen(in("plot.gp"), "w");
+    FILE *f = fopen(path_in("plot.gp"), "w");
     CHECK(f != NULL && fputs("plot nonsense(\n", f) >= 0 && fclose(f) == 0);
     CHECK_STATUS(KITH_BAD_FILE, kith_gnuplot_run(directory, "plot"));
     CHECK(strstr(kith_failure(), "plot.log") != NULL && strlen(load("plot.log")) > 0);
@@ -192,7 +195,7 @@ static void drawing(void) {
   }
   setenv("PATH", "/nonexistent", 1);
   CHECK_STATUS(KITH_UNSUPPORTED, kith_gnuplot_run(directory, "plot"));
-  CHECK(strstr(kith_failure(), "gnuplot cannot be run") != NULL && access(in("plot.log"), F_OK) != 0);
+  CHECK(strstr(kith_failure(), "gnuplot cannot be run") != NULL && access(path_in("plot.log"), F_OK) != 0);
   setenv("PATH", path, 1);
   CHECK_STATUS(KITH_BAD_FILE, kith_gnuplot_run("no/such/place", "plot"));
   free(path);
@@ -207,11 +210,11 @@ int main(void) {
   CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));
   CHECK_OK(kith_resize(&scalar, 0, MANY, sizeof *scalar));
   contents();
-  suited();
+  default_pictures();
   thinned();
   drawing();
   kith_free(&position), kith_free(&velocity), kith_free(&scalar);
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in(files[k]));
+  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(path_in(files[k]));
   CHECK(rmdir(directory) == 0);
   return check_failed();
 }

@@ -1,6 +1,7 @@
-/* test_probes.c - probes.h5: fields that are linear are exact, values and gradients, at any point among
- * disordered nodes; at periodic and reflecting faces what a sum over all images gives; series of samples, and
- * a restart that goes on with them; too few nodes; pictures. And contacts.csv. */
+/* test_probes.c - probes.h5 and contacts.csv. Oracles: linear fields, whose values and gradients must be
+ * exact at any point among disordered nodes; a fit over all images of all nodes, at periodic and reflecting
+ * faces; brute force over all pairs, for contacts. Also series that a restart continues, points with too few
+ * nodes, and pictures. */
 #include <dirent.h>
 #include <hdf5.h>
 #include <omp.h>
@@ -13,7 +14,7 @@
 
 static char directory[] = "probes_XXXXXX";
 
-static const char *in(const char *name) {
+static const char *path_in(const char *name) {
   static char path[128];
   snprintf(path, sizeof path, "%s/%.100s", directory, name);
   return path;
@@ -37,12 +38,12 @@ static const char box[] =
     "  - {name: grid, at: [0, 0, 0], along: [1, 0, 0], across: [0, 1, 0], up: [0, 0, 1], spacing: 0.5}\n"
     "until: 1\n";
 
-/* Sample k of a column, [n][components]; and how many samples there are. */
+/* Reads sample k of a column, [n][components]; returns the number of samples. */
 static size_t read_column(const char *probe, const char *column, hsize_t k, double *values, hsize_t size) {
   char name[96];
   hsize_t shape[3] = {0, 1, 1};
   snprintf(name, sizeof name, "%s/%s", probe, column);
-  const hid_t file = H5Fopen(in("probes.h5"), H5F_ACC_RDONLY, H5P_DEFAULT),
+  const hid_t file = H5Fopen(path_in("probes.h5"), H5F_ACC_RDONLY, H5P_DEFAULT),
               data = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(data);
   H5Sget_simple_extent_dims(space, shape, NULL);
   const hsize_t from[3] = {k}, one[3] = {1, shape[1], shape[2]}, n = shape[1] * shape[2];
@@ -57,7 +58,7 @@ static size_t read_column(const char *probe, const char *column, hsize_t k, doub
   return shape[0];
 }
 
-/* A linear function; the others are numbered. */
+/* A linear function, one for each f. */
 static double linear(int f, const double *x) {
   double value = 2 + f;
   for (int a = 0; a < NDIM; ++a) value += (0.3 + 0.1 * f - 0.5 * a) * x[a];
@@ -73,7 +74,7 @@ static void make_linear(const struct scenario *s) {
   }
 }
 
-/* All open: every point is inside of the nodes or near their edge. */
+/* All sides are open, so points are inside of the gas or near its edge. */
 static void check_linear(const char *storage) {
   static const char *const names[] = {"density", "pressure", "energy"};
   struct scenario s = {0};
@@ -115,7 +116,7 @@ static void check_linear(const char *storage) {
 static int rows_of(const char *name, double row[][8], int most, int columns) {
   char line[400];
   int n = 0;
-  FILE *f = fopen(in(name), "r");
+  FILE *f = fopen(path_in(name), "r");
   CHECK(f != NULL);
   while (f != NULL && n < most && fgets(line, sizeof line, f) != NULL) {
     char *at = line, *end;
@@ -124,14 +125,14 @@ static int rows_of(const char *name, double row[][8], int most, int columns) {
       row[n][k] = strtod(at, &end);
       CHECK(end > at);
     }
-    CHECK(*at == '\n'); /* nothing else */
+    CHECK(*at == '\n'); /* nothing follows */
     ++n;
   }
   if (f != NULL) fclose(f);
   return n;
 }
 
-/* A series with an error, a line at two times beside the exact solution, planes of pixels. */
+/* A series with an error; a line at two times beside the exact solution; planes of pixels. */
 static void check_curves(const struct kith_scene *scene) {
   static double row[256][8];
   const struct kith_probe *line = &scene->probe[1];
@@ -158,7 +159,7 @@ static void check_curves(const struct kith_scene *scene) {
 static void check_pixels(const char *name, const struct kith_probe *probe, double height) {
   float value[400] = {0};
   const int n[2] = {probe->points[0], probe->points[1]};
-  FILE *f = fopen(in(name), "rb");
+  FILE *f = fopen(path_in(name), "rb");
   CHECK(f != NULL && fread(value, sizeof *value, 400, f) == (size_t)(n[0] * n[1]));
   if (f != NULL) fclose(f);
   for (int j = 0; j < n[1]; ++j)
@@ -171,7 +172,7 @@ static void check_pixels(const char *name, const struct kith_probe *probe, doubl
 static void clear_pictures(void) {
   DIR *all = opendir(directory);
   for (const struct dirent *entry; (entry = readdir(all)) != NULL;)
-    if (strncmp(entry->d_name, "probe_", 6) == 0) unlink(in(entry->d_name));
+    if (strncmp(entry->d_name, "probe_", 6) == 0) unlink(path_in(entry->d_name));
   closedir(all);
 }
 
@@ -192,20 +193,20 @@ static void check_pictures(void) {
     CHECK_OK(kith_probes_publish(probes));
     CHECK_OK(kith_probes_draw(s.scene, exact, directory));
     check_curves(s.scene);
-    CHECK(access(in("probe_slice.gp"), F_OK) != 0); /* none is wanted */
-    CHECK(access(in("probe_grid.gp"), F_OK) == 0);
+    CHECK(access(path_in("probe_slice.gp"), F_OK) != 0); /* no picture is wanted */
+    CHECK(access(path_in("probe_grid.gp"), F_OK) == 0);
     if (NDIM > 1) check_pixels("probe_grid_1.bin", &s.scene->probe[3], 0.5);
     CHECK_OK(kith_probes_destroy(&probes));
     clear_pictures();
     kith_free(&exact);
-    unlink(in("probes.h5"));
+    unlink(path_in("probes.h5"));
     CHECK_STATUS(KITH_BAD_FILE, kith_probes_draw(s.scene, NULL, directory));
     CHECK(strstr(kith_failure(), "probes.h5: cannot read center/time") != NULL);
   }
   scenario_close(&s);
 }
 
-/* Solves by elimination with pivots: not as the probes do. */
+/* Solves by elimination with pivots, unlike the probes. */
 static void eliminate(double m[NDIM + 1][NDIM + 2]) {
   for (int k = 0; k <= NDIM; ++k) {
     int p = k;
@@ -223,8 +224,8 @@ static void eliminate(double m[NDIM + 1][NDIM + 2]) {
   for (int k = 0; k <= NDIM; ++k) m[k][NDIM + 1] /= m[k][k];
 }
 
-/* The x-velocity (or y) and its gradient at x, over all nodes and their images, -1, 0 and 1 along each axis:
- * shifts along x and z, mirrors along y. */
+/* The oracle: a component of velocity and its gradient at x by a linear fit over all nodes and their images
+ * -1, 0 and 1 along each axis: shifted along x and z, mirrored along y. */
 static void oracle_at(const struct scenario *s, const double *x, int component, double out[NDIM + 1]) {
   const struct kith_hydro *h = &s->simulation->hydro;
   double m[NDIM + 1][NDIM + 2] = {{0}};
@@ -282,7 +283,7 @@ static void check_images(void) {
         CHECK_CLOSE(first[3 * i + a], wanted[0], 1e-12);
       }
     }
-    omp_set_num_threads(1); /* the same bits */
+    omp_set_num_threads(1); /* must be bitwise identical */
     for (int k = 0; k < 2; ++k) {
       s.simulation->integrator.step += 1;
       CHECK_OK(kith_probes_sample(probes, true));
@@ -291,7 +292,7 @@ static void check_images(void) {
     CHECK_OK(kith_probes_publish(probes));
     CHECK(read_column("slice", "velocity", 2, again, 3 * (hsize_t)n) == 3);
     CHECK(memcmp(first, again, 3 * (size_t)n * sizeof *first) == 0);
-    /* A drift takes nodes out of the box while lists last: a period away they are the same. */
+    /* While lists are kept, nodes may leave the box: a period away they give the same values. */
     for (kith_index i = 0; i < s.simulation->nodes->n_internal; i += 2)
       s.simulation->nodes->position->f64[(size_t)i * NDIM] += i % 4 == 0 ? 1 : -1;
     s.simulation->nodes->positions += 1;
@@ -324,8 +325,8 @@ static void check_series(void) {
     CHECK(read_column("center", "step", 5, &step, 1) == 6 && step == 5);
     CHECK(read_column("slice", "step", 3, &step, 1) == 4 && step == 5); /* 0, 2, 4 and the last */
     read_column("grid", "density", 0, value, NDIM == 1 ? 3 : NDIM == 2 ? 9 : 27);
-    /* A restart at step 5 drops what was sampled because it was the last state, one at step 3 what is after
-     * it. */
+    /* A restart at step 5 drops the sample that was taken since the run ended; one at step 3 drops what is
+     * later. */
     CHECK_OK(kith_probes_create(&probes, s.simulation, directory, true));
     CHECK_OK(kith_probes_publish(probes));
     CHECK_OK(kith_probes_destroy(&probes));
@@ -337,12 +338,12 @@ static void check_series(void) {
     CHECK_OK(kith_probes_destroy(&probes));
     CHECK(read_column("center", "step", 3, &step, 1) == 4 && step == 3);
     CHECK(read_column("slice", "step", 1, &step, 1) == 2 && step == 2);
-    /* Other probes cannot be gone on with; without a file it is begun. */
+    /* A file of other probes cannot be continued; a missing file is created. */
     s.scene->probe[0].gradients = false, strcpy(s.scene->probe[0].name, "middle");
     CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
     CHECK(strstr(kith_failure(), "it has other probes than the scene") != NULL);
     CHECK_OK(kith_probes_destroy(&probes));
-    unlink(in("probes.h5"));
+    unlink(path_in("probes.h5"));
     CHECK_OK(kith_probes_create(&probes, s.simulation, directory, true));
     CHECK_OK(kith_probes_sample(probes, true));
     CHECK_OK(kith_probes_destroy(&probes));
@@ -403,7 +404,7 @@ static void check_contacts(const char *settings) {
       }
       wanted[0] += meets;
     }
-    FILE *file = fopen(in("contacts.csv"), "r");
+    FILE *file = fopen(path_in("contacts.csv"), "r");
     for (int k = 0; k < 4; ++k) CHECK(fgets(line, sizeof line, file) != NULL);
     fclose(file);
     CHECK(sscanf(line, "%d,%*[^,],gas,other,%lf,%lf,%lf,%*[^,],%d,%31s", &steps, &found[0], &found[1],
@@ -426,8 +427,8 @@ int main(void) {
   check_sparse();
   check_contacts("connectivity.storage=padded");
   check_contacts("connectivity.rebuild=displacement boundaries.x=periodic scheme.dt=0.0001");
-  unlink(in("probes.h5"));
-  unlink(in("contacts.csv"));
+  unlink(path_in("probes.h5"));
+  unlink(path_in("contacts.csv"));
   rmdir(directory);
   return check_failed();
 }

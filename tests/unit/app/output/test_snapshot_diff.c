@@ -1,4 +1,5 @@
-/* When two snapshots are the same: as they are stored, and node by node. */
+/* test_snapshot_diff.c - the comparison of two snapshots, as they are stored and node by node, on snapshots
+ * with known differences. */
 #include "app/study/study.h"
 
 #include <stdlib.h>
@@ -11,8 +12,8 @@
 enum { N = 6 };
 static char directory[] = "same-test-XXXXXX";
 
-/* What is done to a plain snapshot: nodes stored backwards; `to` as the density of the node with id 2; the id
- * of that node; the time. */
+/* Changes to a plain snapshot: nodes stored in reverse order; the density `to` of the node with id 2; the id
+ * of that node; the time; the number of nodes. */
 struct change {
   bool backwards;
   double to;
@@ -45,19 +46,19 @@ static const char *written(const char *name, struct change change) {
   return out;
 }
 
-/* Differences as they are stored and by nodes; and the field, if there is any. */
+/* Checks the difference as stored and by nodes, and the name of the field with the largest difference. */
 static void check(struct change a, struct change b, double stored, double by_nodes, const char *field) {
-  struct kith_snapshot_diff same;
+  struct kith_snapshot_diff diff;
   const char *one = written("one", a), *other = written("other", b);
-  CHECK_OK(kith_snapshot_diff_files(one, other, false, &same));
-  CHECK(stored == 0 || isinf(stored) ? same.difference == stored : same.difference > 0);
-  CHECK_OK(kith_snapshot_diff_files(one, other, true, &same));
-  CHECK(isinf(by_nodes) ? isinf(same.difference) : fabs(same.difference - by_nodes) <= 1e-15);
-  CHECK(strcmp(same.field, field) == 0);
+  CHECK_OK(kith_snapshot_diff_files(one, other, false, &diff));
+  CHECK(stored == 0 || isinf(stored) ? diff.difference == stored : diff.difference > 0);
+  CHECK_OK(kith_snapshot_diff_files(one, other, true, &diff));
+  CHECK(isinf(by_nodes) ? isinf(diff.difference) : fabs(diff.difference - by_nodes) <= 1e-15);
+  CHECK(strcmp(diff.field, field) == 0);
 }
 
 int main(void) {
-  struct kith_snapshot_diff same;
+  struct kith_snapshot_diff diff;
   char command[160];
   if (mkdtemp(directory) == NULL) return 1;
   struct change b = plain;
@@ -73,14 +74,15 @@ int main(void) {
   check(plain, b, 1, INFINITY, "ParticleIDs");
   b = plain, b.n = N - 1;
   check(plain, b, INFINITY, INFINITY, "ParticleIDs");
-  b = plain, b.time = nextafter(plain.time, 1); /* a run in default mode ends a little off */
+  /* a default run may end at a time that is rounded differently */
+  b = plain, b.time = nextafter(plain.time, 1);
   check(plain, b, INFINITY, 0, "");
-  struct change zero = plain, minus = plain; /* no difference, but not the same bits */
+  struct change zero = plain, minus = plain; /* no difference in value, but in bits */
   zero.to = 0, minus.to = -0.0;
   check(zero, minus, 1, 0, "");
   const char *one = written("one", plain);
-  CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_diff_files(one, "missing.hdf", true, &same));
-  CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_diff_files("/dev/null", one, false, &same));
+  CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_diff_files(one, "missing.hdf", true, &diff));
+  CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_diff_files("/dev/null", one, false, &diff));
   snprintf(command, sizeof command, "rm -r %s", directory);
   return check_failed() || system(command) != 0;
 }

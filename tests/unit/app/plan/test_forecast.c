@@ -1,5 +1,6 @@
-/* What the plan predicts for ranks, against brute force over all nodes, images and ranks.
- * tests/mpi/planned.sh compares it with runs. */
+/* test_forecast.c - ghosts and imbalance that the plan predicts for ranks. Oracle: brute force over all
+ * nodes, images and ranks. A plan from a smaller simulation is compared with one from the scene itself.
+ * tests/mpi/planned.sh compares plans with runs. */
 #include "tests/check.h"
 #include "app/plan/forecast.h"
 #include "lib/core/vec.h"
@@ -27,7 +28,7 @@ struct world {
 static void make(struct world *w, const char *x, const char *setting) {
   char scene[1024];
   const int resolution = NDIM == 1 ? 40 : NDIM == 2 ? 16 : 8;
-  const char *overrides[] = {"regions.0.jitter=0", setting}; /* where there is a setting, a lattice */
+  const char *overrides[] = {"regions.0.jitter=0", setting}; /* with a setting: a lattice */
   snprintf(scene, sizeof scene, text, NDIM, resolution, x);
   CHECK_OK(kith_scene_parse(&w->scene, "box", scene, strlen(scene), setting != NULL ? 2 : 0, overrides));
   CHECK_OK(kith_simulation_create(&w->simulation, w->scene, NULL, NULL, false));
@@ -39,7 +40,7 @@ static void clear(struct world *w) {
   kith_scene_destroy(&w->scene);
 }
 
-/* The predicted map: by the work of rows, until it stays. */
+/* The predicted map: updated by the work of rows until it does not change. */
 static struct kith_partition *map_of(const struct kith_simulation *m, struct kith_cells *cells, int n_ranks) {
   struct kith_partition *partition = NULL;
   bool periodic[NDIM], changed = true;
@@ -59,7 +60,7 @@ static struct kith_partition *map_of(const struct kith_simulation *m, struct kit
   return partition;
 }
 
-/* Is y, with this search radius, a neighbor of a node of the rank? */
+/* Is an image at y, with this search radius, a neighbor of a node of the rank? */
 static bool is_near(const struct kith_simulation *m, const int32_t *owner, int rank, const double *y,
                     double search_radius) {
   const struct kith_nodes *nodes = m->nodes;
@@ -70,7 +71,7 @@ static bool is_near(const struct kith_simulation *m, const int32_t *owner, int r
   return false;
 }
 
-/* Images of j across the faces: shifted by n lengths, or, in x of a box with walls, mirrored. */
+/* Counts images of j that the rank needs: shifted by one length or, along x between walls, mirrored. */
 static double count_of(const struct kith_simulation *m, const int32_t *owner, int rank, kith_index j,
                        bool walls) {
   const double *x = m->nodes->position->f64 + (size_t)j * NDIM;
@@ -86,7 +87,7 @@ static double count_of(const struct kith_simulation *m, const int32_t *owner, in
   return n;
 }
 
-/* Every image of every node against every node. */
+/* The mean number of ghosts per rank: every image of every node against every node. */
 static double brute_ghosts(const struct kith_simulation *m, int n_ranks, bool walls) {
   struct kith_cells cells;
   struct kith_partition *map = map_of(m, &cells, n_ranks);
@@ -125,27 +126,29 @@ static void check_refused(void) {
   clear(&w);
 }
 
-/* An outline of a scene, by the neighbors that nodes have in a smaller one, beside the scene itself. */
-static void check_outline(const char *x, int n, double ghosts, double most_ghosts) {
+/* A plan from a smaller simulation, whose nodes have the same neighbors, against one from the scene
+ * itself. */
+static void check_coarse_plan(const char *x, int n, double ghosts, double most_ghosts) {
   const char *setting = NDIM == 1 ? "resolution=200" : NDIM == 2 ? "resolution=60" : "resolution=20";
   struct world w = {0}, coarse = {0};
-  struct kith_forecast f, outline;
+  struct kith_forecast f, from_coarse;
   make(&w, x, setting);
   make(&coarse, x, "scene=coarse");
   CHECK_OK(kith_forecast_ranks(w.scene, w.simulation, &cost, n, "kd", &f));
-  CHECK_OK(kith_forecast_ranks(w.scene, coarse.simulation, &cost, n, "kd", &outline));
-  CHECK_CLOSE(outline.ghosts, f.ghosts, ghosts * f.ghosts);
-  CHECK_CLOSE(outline.most_ghosts, f.most_ghosts, most_ghosts * f.most_ghosts);
-  CHECK_CLOSE(outline.imbalance, f.imbalance, 0.1);
-  CHECK(fabs(outline.peers - f.peers) <= 1);
+  CHECK_OK(kith_forecast_ranks(w.scene, coarse.simulation, &cost, n, "kd", &from_coarse));
+  CHECK_CLOSE(from_coarse.ghosts, f.ghosts, ghosts * f.ghosts);
+  CHECK_CLOSE(from_coarse.most_ghosts, f.most_ghosts, most_ghosts * f.most_ghosts);
+  CHECK_CLOSE(from_coarse.imbalance, f.imbalance, 0.1);
+  CHECK(fabs(from_coarse.peers - f.peers) <= 1);
   clear(&w), clear(&coarse);
 }
 
 int main(void) {
-  /* Cells of 8 ranks cut the lattice evenly; borders of 3 ranks have steps, which an outline does not see. */
-  check_outline("periodic", 8, 0.02, 0.15);
-  check_outline("reflecting", 8, 0.02, 0.15);
-  check_outline("periodic", 3, 0.25, 0.25);
+  /* Cells of 8 ranks cut the lattice evenly; borders between 3 ranks have steps, which the smaller simulation
+   * does not show. */
+  check_coarse_plan("periodic", 8, 0.02, 0.15);
+  check_coarse_plan("reflecting", 8, 0.02, 0.15);
+  check_coarse_plan("periodic", 3, 0.25, 0.25);
   check_ghosts(false);
   check_ghosts(true);
   check_refused();

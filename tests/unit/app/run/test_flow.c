@@ -1,6 +1,6 @@
-/* Gas that comes and goes, in runs: a stream in which nothing happens; what came through faces is what the
- * gas has more, for nodes that come, that go, and for obstacles; ids; waves that leave; states that change;
- * and what is refused. */
+/* test_flow.c - gas that enters and leaves through inflow and outflow. Oracles: a uniform stream, which must
+ * stay uniform; the balance of mass, momentum and energy with what passed the faces and obstacles; states by
+ * formulas of time; small reflections of a wave that leaves. Also ids of new nodes, and what is refused. */
 #include <omp.h>
 #include "integrator/flow.h"
 #include "tests/unit/scenario.h"
@@ -18,7 +18,7 @@ static double total(const struct scenario *s, double *mass) {
   return t.kinetic + t.internal - t.through.energy;
 }
 
-/* Mass, momentum along x and energy are those of the start and what came through. */
+/* Mass, momentum along x and energy are those of the start plus what passed the faces. */
 static void check_balance(const struct scenario *s, const char *what) {
   const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
   double mass;
@@ -32,16 +32,16 @@ static void check_balance(const struct scenario *s, const char *what) {
   CHECK(good);
 }
 
-/* Ids below that of the start are of this chain; each is there once. */
+/* Every id is there once, and new ids are at or above the stride. */
 static void check_ids(const struct scenario *s) {
   int64_t most;
-  kith_index *place = scenario_places(s, &most), there = 0;
+  kith_index *place = scenario_indices(s, &most), there = 0;
   for (int64_t id = 0; id <= most; ++id) there += place[id] >= 0;
   CHECK(there == s->simulation->nodes->n_internal && most >= s->simulation->integrator.flow.id_stride);
   free(place);
 }
 
-static void nothing_happens(void) {
+static void stream_stays_uniform(void) {
   static const char *const settings[] = {
       "method.package=sph",
       "method.package=crk connectivity.rebuild=displacement",
@@ -61,7 +61,7 @@ static void nothing_happens(void) {
         for (int a = 0; a < NDIM; ++a)
           if (kith_node_is_gas(nodes, i)) most = fmax(most, fabs(v[i * NDIM + a] - (a == 0 ? wanted : 0)));
       CHECK(most < 1e-12);
-      CHECK(s.simulation->hydro.through.momentum[0] * wanted != 0); /* some came, some went */
+      CHECK(s.simulation->hydro.through.momentum[0] * wanted != 0); /* gas has entered and left */
       check_balance(&s, settings[k]);
       check_ids(&s);
     }
@@ -69,7 +69,7 @@ static void nothing_happens(void) {
   }
 }
 
-/* What frozen nodes and walls in a stream, a piston and one beside obstacles give to the gas is known. */
+/* What frozen nodes and barriers in a stream, or a piston beside obstacles, give to the gas is counted. */
 static void obstacles(void) {
 #define OBSTACLE(of)                                                                                        \
   "regions:\n"                                                                                              \
@@ -81,7 +81,7 @@ static void obstacles(void) {
   } run[] = {
       {HEAD FACES("inflow", "outflow") OBSTACLE("frozen"), "frozen nodes"},
       {HEAD FACES("inflow", "outflow") OBSTACLE("barrier"), "a barrier"},
-      {HEAD FACES("inflow", "outflow") /* bounded by formulas alone, and hardly along the face */
+      {HEAD FACES("inflow", "outflow") /* bounded by formulas only, and with a tiny velocity along the face */
        "regions:\n"
        "  - {material: gas, lattice: cubic, where: {inside: \"x > 0.4 && x < 0.6 ? 0 : 1\"}, density: 1,"
        " pressure: 1, velocity: [1,1e-17,0]}\n"
@@ -105,7 +105,7 @@ static void obstacles(void) {
   }
 }
 
-/* A sound wave of 2 % leaves: what comes back is a few percent of it. */
+/* A sound wave of 2 % leaves: reflections are below 5 % of it. */
 static void waves_leave(void) {
 #define PULSE "1 + 0.02*exp(-((x - 0.6)/0.1)^2)"
   static const char yaml[] = HEAD FACES("inflow", "outflow")  //
@@ -123,8 +123,8 @@ static void waves_leave(void) {
   scenario_close(&s);
 }
 
-/* What leaves at different speeds does not run into itself behind the face. */
-static void ends_stay_apart(void) {
+/* Gas that leaves at different speeds does not run into itself behind the face. */
+static void outflow_stays_ordered(void) {
 #define DENSITY "1 + 0.2*exp(-200*(x - 0.5)^2)"
   static const char yaml[] = HEAD FACES("outflow", "outflow")  //
       "regions: [{material: gas, density: \"" DENSITY "\", pressure: \"(" DENSITY ")^1.4\"}]\n";
@@ -134,8 +134,8 @@ static void ends_stay_apart(void) {
   scenario_close(&s);
 }
 
-/* The zone has the state at the face, with formulas of time. */
-static void states_change(void) {
+/* The zone of an inflow has the state of the face, given by formulas of time. */
+static void inflow_changes(void) {
   static const char yaml[] = HEAD FACES(
       "{kind: inflow, density: 1 + t, pressure: 1 + 2*t, velocity: [1 - t, 0, 0]}", "outflow") STREAM("1");
   struct scenario s = {0};
@@ -157,7 +157,7 @@ static void states_change(void) {
   scenario_close(&s);
 }
 
-/* What only shows when nodes are made, or during the run. */
+/* Settings that are refused when nodes are created, or during the run. */
 static void refused(const char *faces, const char *regions, const char *settings, const char *message) {
   char yaml[2000];
   struct scenario s = {0};
@@ -235,12 +235,12 @@ static void refusals(void) {
 }
 
 int main(void) {
-  omp_set_num_threads(1); /* small scenes */
-  nothing_happens();
+  omp_set_num_threads(1); /* for so few nodes */
+  stream_stays_uniform();
   obstacles();
   waves_leave();
-  ends_stay_apart();
-  states_change();
+  outflow_stays_ordered();
+  inflow_changes();
   refusals();
   return check_failed();
 }

@@ -1,4 +1,6 @@
-/* The shipped inputs, reshaped from the command line: every dimension, resolution and arrangement sets up. */
+/* test_inputs.c - shipped scenes in all dimensions, resolutions and arrangements: their nodes start with the
+ * exact solution at time 0 and the mass of the regions; blast energies and numbers of nodes are those that
+ * the scenes promise. */
 #include <string.h>
 #include "app/scene/scene.h"
 #include "app/initial/initial_conditions.h"
@@ -17,13 +19,13 @@ static void path_of(char *path, size_t size, const char *name) {
   snprintf(path, size, KITH_INPUTS "/%s.yaml", name);
 }
 
-static bool make(struct made *m, const char *name, const char *resolution, const char *arrangement) {
+static bool create(struct made *m, const char *name, const char *resolution, const char *arrangement) {
   char path[512], dimension[32], fine[64], arranged[64];
   memset(m, 0, sizeof *m);
   path_of(path, sizeof path, name);
   snprintf(dimension, sizeof dimension, "dimension=%d", NDIM);
   snprintf(fine, sizeof fine, "resolution=%s", resolution);
-  snprintf(arranged, sizeof arranged, "arrangement?=%s", arrangement); /* of one region it means nothing */
+  snprintf(arranged, sizeof arranged, "arrangement?=%s", arrangement); /* means nothing with one region */
   const char *const overrides[] = {dimension, arranged, fine};
   CHECK_OK(kith_scene_read(&m->scene, path, resolution ? 3 : 2, overrides));
   if (!m->scene) return false;
@@ -33,19 +35,19 @@ static bool make(struct made *m, const char *name, const char *resolution, const
   return m->nodes != NULL && total == m->nodes->n_internal;
 }
 
-static void unmake(struct made *m) {
+static void destroy(struct made *m) {
   kith_free(&m->frozen);
   kith_nodes_destroy(&m->nodes);
   kith_scene_destroy(&m->scene);
 }
 
-/* Density, velocity and pressure of the nodes are those of the exact solution at time 0. */
-static void starts_exact(const struct made *m, const char *name) {
+/* Density, velocity and pressure of nodes are those of the exact solution at time 0. */
+static void check_initial_state(const struct made *m, const char *name) {
   void *solution = NULL;
   CHECK(m->scene->exact.ops != NULL);
   CHECK_OK(kith_exact_create(&solution, m->scene->exact.ops, m->scene->exact.settings));
   const bool blast = m->scene->n_deposits > 0;
-  /* Linear theory of a wave of amplitude 1e-6 is off by its square. */
+  /* linear theory of a wave of amplitude 1e-6 is exact up to its square */
   const double tolerance = strcmp(name, "acoustic-wave") == 0 ? 3e-12 : 1e-14;
   kith_hydro_evaluate_eos(&m->hydro);
   for (kith_index i = 0; i < m->nodes->n_internal; ++i) {
@@ -59,14 +61,14 @@ static void starts_exact(const struct made *m, const char *name) {
   kith_free(&solution);
 }
 
-/* Of what the regions say, in their boxes. */
+/* The mass of the regions: densities times boxes. */
 static double mass_of(const struct made *m) {
   double mass = 0;
   for (int k = 0; k < m->scene->n_regions; ++k) {
     const struct kith_region *region = &m->scene->region[k];
     const double origin[NDIM] = {0};
     double density;
-    /* waves are 1 there, as in the mean */
+    /* waves are 1 there, which is their mean */
     CHECK_OK(kith_expression_at(region->density, NDIM, origin, &density));
     for (int a = 0; a < NDIM; ++a)
       density *= fmin(region->where.extent[a][1], m->scene->domain.upper[a]) -
@@ -76,25 +78,25 @@ static double mass_of(const struct made *m) {
   return mass;
 }
 
-static void sets_up(const char *name, const char *resolution, const char *arrangement) {
+static void check_scene(const char *name, const char *resolution, const char *arrangement) {
   struct made m;
-  if (make(&m, name, resolution, arrangement)) {
+  if (create(&m, name, resolution, arrangement)) {
     const struct kith_totals t = kith_hydro_totals(&m.hydro);
-    if (strcmp(name, "yee") != 0 && strcmp(name, "square") != 0 &&
-        strcmp(name, "sedov-gradient") != 0) /* no boxes of one density, or waves around it */
-      CHECK_CLOSE(t.mass, mass_of(&m),
-                  (m.scene->region[0].displacement[0] != NULL ? 1e-10 : 1e-12) *
-                      t.mass); /* a stretch is a difference */
+    /* scenes of boxes of one density, or waves around it; a displacement is a difference */
+    const bool boxes =
+        strcmp(name, "yee") != 0 && strcmp(name, "square") != 0 && strcmp(name, "sedov-gradient") != 0;
+    const double tolerance = m.scene->region[0].displacement[0] != NULL ? 1e-10 : 1e-12;
+    if (boxes) CHECK_CLOSE(t.mass, mass_of(&m), tolerance * t.mass);
     CHECK(m.nodes->n_internal > 0 && m.nodes->n_internal < 200000);
     CHECK(!m.frozen);
     CHECK_OK(kith_hydro_physical(&m.hydro));
-    starts_exact(&m, name);
+    check_initial_state(&m, name);
   }
-  unmake(&m);
+  destroy(&m);
 }
 
-/* Scenes without an exact solution; what gravity needs is not there in 1-D. */
-static void stands(const char *name, bool exists) {
+/* Scenes without an exact solution; rayleigh-taylor needs two dimensions. */
+static void check_gravity_scene(const char *name, bool exists) {
   struct made m = {0};
   char path[512], dimension[32];
   path_of(path, sizeof path, name);
@@ -107,10 +109,10 @@ static void stands(const char *name, bool exists) {
     CHECK_OK(kith_hydro_physical(&m.hydro));
     CHECK(kith_external_force_acts(&m.hydro.external_force));
   }
-  unmake(&m);
+  destroy(&m);
 }
 
-/* Compensated: a plain sum of some 1e4 equal small terms would be off by more than the tolerance. */
+/* Compensated: the rounding of a plain sum of 1e4 equal terms would exceed the tolerance. */
 static double internal_energy(const struct made *m) {
   double sum = 0, lost = 0;
   for (kith_index i = 0; i < m->nodes->n_internal; ++i) {
@@ -121,10 +123,11 @@ static double internal_energy(const struct made *m) {
   return sum;
 }
 
-/* The exact blast energy is that of the deposit, on all sides; the shock is inside the window at the end. */
-static void explodes(const char *name, double part) {
+/* The energy of the blast is that of the deposit on all sides of the center, and the shock is at 0.35 at the
+ * end. */
+static void check_blast(const char *name, double part) {
   struct made m;
-  if (make(&m, name, NDIM == 3 ? "20" : "40", "equal-mass")) {
+  if (create(&m, name, NDIM == 3 ? "20" : "40", "equal-mass")) {
     const double background = 1e-6 / (5. / 3 - 1) * part;
     CHECK_CLOSE(internal_energy(&m) / (part + background), 1, 1e-14);
     CHECK_CLOSE(exact_parameters_of(m.scene->exact.ops, m.scene->exact.settings).blast_energy, 1, 1e-15);
@@ -133,36 +136,36 @@ static void explodes(const char *name, double part) {
     CHECK_CLOSE(m.scene->exact.ops->shock(solution, m.scene->until), 0.35, 0.003); /* as the file says */
     kith_free(&solution);
   }
-  unmake(&m);
+  destroy(&m);
 }
 
 /* Every node of the octant is a node of the whole box, with the same energy. */
 static void octant_is_a_part(void) {
   struct made whole, part;
   const char *resolution = NDIM == 3 ? "10" : "20";
-  if (make(&whole, "sedov", resolution, "equal-mass") &&
-      make(&part, "sedov-octant", resolution, "equal-mass")) {
+  if (create(&whole, "sedov", resolution, "equal-mass") &&
+      create(&part, "sedov-octant", resolution, "equal-mass")) {
     CHECK(part.nodes->n_internal * (1 << NDIM) == whole.nodes->n_internal);
     kith_index found = 0;
     for (kith_index i = 0; i < part.nodes->n_internal; ++i) {
       for (kith_index j = 0; j < whole.nodes->n_internal; ++j) {
         const double *x = part.nodes->position->f64 + i * NDIM, *y = whole.nodes->position->f64 + j * NDIM;
-        if (kith_distance2(x, y) > 1e-24) continue; /* round-off of places below 1 */
+        if (kith_distance2(x, y) > 1e-24) continue; /* round-off of positions below 1 */
         ++found;
         CHECK_CLOSE(part.hydro.energy->f64[i] / whole.hydro.energy->f64[j], 1, 1e-12);
         CHECK_CLOSE(part.hydro.mass->f64[i] / whole.hydro.mass->f64[j], 1, 1e-13);
       }
     }
     CHECK(found == part.nodes->n_internal);
-    unmake(&part);
+    destroy(&part);
   }
-  unmake(&whole);
+  destroy(&whole);
 }
 
-/* The counts that people compare with. */
-static void counts(void) {
+/* Numbers of nodes that are used in comparisons with other codes. */
+static void numbers_of_nodes(void) {
   struct made m;
-  if (make(&m, "sod", NULL, "equal-mass")) {
+  if (create(&m, "sod", NULL, "equal-mass")) {
     const kith_index n = m.nodes->n_internal;
     if (NDIM == 1) CHECK(n == 200 + 25);
     double low = INFINITY, high = 0;
@@ -172,17 +175,17 @@ static void counts(void) {
     }
     CHECK(high / low < 1.005); /* the widths in the file are whole cells on both sides */
   }
-  unmake(&m);
-  if (make(&m, "noh", NULL, "equal-mass") && NDIM == 1) CHECK(m.nodes->n_internal == 110);
-  unmake(&m);
-  if (make(&m, "sedov", NULL, "equal-mass"))
+  destroy(&m);
+  if (create(&m, "noh", NULL, "equal-mass") && NDIM == 1) CHECK(m.nodes->n_internal == 110);
+  destroy(&m);
+  if (create(&m, "sedov", NULL, "equal-mass"))
     CHECK(m.nodes->n_internal == (NDIM == 1 ? 200 : NDIM == 2 ? 10000 : 125000));
-  unmake(&m);
-  if (make(&m, "sod-two-materials", NULL, "equal-mass")) {
+  destroy(&m);
+  if (create(&m, "sod-two-materials", NULL, "equal-mass")) {
     CHECK(m.nodes->n_lists == 2 && m.nodes->lists[0].count > m.nodes->lists[1].count);
     CHECK(strcmp(m.nodes->lists[0].name, "driver") == 0 && strcmp(m.nodes->lists[1].name, "driven") == 0);
   }
-  unmake(&m);
+  destroy(&m);
 }
 
 int main(void) {
@@ -221,17 +224,17 @@ int main(void) {
                                        "yee"};
   const size_t n = sizeof inputs / sizeof inputs[0] - (NDIM == 1 ? 2 : 0); /* a vortex needs 2 dimensions */
   for (size_t k = 0; k < n; ++k) {
-    sets_up(inputs[k], NULL, "equal-mass");
+    check_scene(inputs[k], NULL, "equal-mass");
     if (strcmp(inputs[k], "yee") == 0) continue; /* its box is large */
-    sets_up(inputs[k], NDIM == 1 ? "50" : "20", "equal-mass");
-    sets_up(inputs[k], NDIM == 1 ? "50" : "20", "equal-spacing");
+    check_scene(inputs[k], NDIM == 1 ? "50" : "20", "equal-mass");
+    check_scene(inputs[k], NDIM == 1 ? "50" : "20", "equal-spacing");
   }
-  stands("hydrostatic", true);
-  stands("ring", true);
-  stands("rayleigh-taylor", NDIM > 1);
-  explodes("sedov", 1);
-  explodes("sedov-octant", pow(0.5, NDIM));
+  check_gravity_scene("hydrostatic", true);
+  check_gravity_scene("ring", true);
+  check_gravity_scene("rayleigh-taylor", NDIM > 1);
+  check_blast("sedov", 1);
+  check_blast("sedov-octant", pow(0.5, NDIM));
   octant_is_a_part();
-  counts();
+  numbers_of_nodes();
   return check_failed();
 }

@@ -1,4 +1,5 @@
-/* Restart: a run that is stopped, written, read and carried on is the uninterrupted one, to the last bit. */
+/* test_restart.c - restarts. Oracle: the uninterrupted run, to which a run that is stopped, written, read and
+ * continued must be bitwise identical, with all schemes, rebuild policies and packages. */
 #include <omp.h>
 #include <unistd.h>
 #include "app/output/output.h"
@@ -6,7 +7,7 @@
 
 static char directory[] = "restart_XXXXXX";
 
-/* Fast nodes that cross faces and meet walls; two materials; a part may be frozen. */
+/* Fast nodes that cross periodic faces and meet walls; two materials, one of which may be frozen. */
 static const char box[] =
     "scene: box\n"
     "dimension: 3\n"
@@ -22,7 +23,7 @@ static const char box[] =
     "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: ball, radius: 0.25}\n"
     "until: 1\n";
 
-/* Cold gas that streams through itself: nodes hit the walls hard, at every step. */
+/* Cold gas that streams through itself, so that nodes hit walls at every step. */
 static const char streams[] =
     "scene: streams\n"
     "dimension: 3\n"
@@ -36,18 +37,18 @@ static const char streams[] =
     "method: {viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
     "until: 10\n";
 
-static void in(char path[64], const char *name) {
+static void path_in(char path[64], const char *name) {
   snprintf(path, 64, "%s/%s", directory, name);
 }
 
-/* `steps` steps at a stretch, against a run that is written after `stop` of them and carried on by another
- * model. */
-static void carries_on(const char *yaml, const char *settings, int steps, int stop) {
+/* Makes `steps` steps without a stop, and a run that is written after `stop` steps and continued by another
+ * simulation. */
+static void check_restart(const char *yaml, const char *settings, int steps, int stop) {
   struct scenario whole = {0}, first = {0}, second = {0};
   struct kith_output output = {0}, later = {0};
   struct kith_conservation_baseline baseline = {0}, back = {0};
   char path[64];
-  in(path, "checkpoint.kith");
+  path_in(path, "checkpoint.kith");
   if (scenario_open(&whole, yaml, "%s", settings)) scenario_run(&whole, steps);
   if (scenario_open(&first, yaml, "%s", settings) && scenario_run(&first, stop)) {
     baseline.totals = first.start;
@@ -62,7 +63,7 @@ static void carries_on(const char *yaml, const char *settings, int steps, int st
     CHECK(memcmp(&baseline, &back, sizeof baseline) == 0);
     CHECK(second.simulation->integrator.step == (uint64_t)stop);
     CHECK_OK(scenario_steps(&second, steps - stop));
-    scenario_same(&whole, &second, settings);
+    scenario_identical(&whole, &second, settings);
     kith_free(&later.times);
   }
   scenario_close(&second);
@@ -86,23 +87,23 @@ static void all_policies(void) {
                    "connectivity.rebuild=%s scheme.name=%s connectivity.reorder=%d regions.1.frozen=%s %s",
                    rebuild[p], kith_scheme_all()[s]->name, reorder[r], frozen ? "true" : "false", energy(s));
           if (kith_scheme_all()[s]->implicit && r != p) continue; /* it is slow */
-          carries_on(box, settings, 10, 5);
+          check_restart(box, settings, 10, 5);
         }
 }
 
-/* Nodes that were mirrored since the lists were made. Where the run stops matters: every step is tried. */
-static void mirrored(void) {
+/* Nodes that were reflected since lists were built. Where the run stops matters, so every step is tried. */
+static void after_reflections(void) {
   char settings[256];
   for (int s = 0; kith_scheme_all()[s] != NULL; ++s)
     for (int stop = 1; stop < 12; stop += kith_scheme_all()[s]->implicit ? 3 : 1) {
       snprintf(settings, sizeof settings,
                "connectivity.rebuild=displacement connectivity.skin=0.5 scheme.dt=%g scheme.name=%s %s",
                kith_scheme_all()[s]->implicit ? 0.005 : 0.01, kith_scheme_all()[s]->name, energy(s));
-      carries_on(streams, settings, 12, stop);
+      check_restart(streams, settings, 12, stop);
     }
 }
 
-/* The other switches of a run. */
+/* Other settings of a run. */
 static void other_settings(void) {
   static const char *const settings[] = {
       "method.energy=thermal",
@@ -129,16 +130,16 @@ static void other_settings(void) {
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 connectivity.rebuild=displacement",
       "scheme.name=arkode method.energy=thermal scheme.table=dormand-prince-7-4-5 scheme.adaptive=no",
       "scheme.name=implicit method.energy=thermal scheme.method=backward-euler scheme.cfl=1.5"};
-  for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k) carries_on(box, settings[k], 10, 5);
-  carries_on(box, "connectivity.rebuild=displacement", 10, 0); /* before the first step */
-  carries_on(box, "connectivity.rebuild=displacement", 10, 9);
+  for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k) check_restart(box, settings[k], 10, 5);
+  check_restart(box, "connectivity.rebuild=displacement", 10, 0); /* before the first step */
+  check_restart(box, "connectivity.rebuild=displacement", 10, 9);
 }
 
 static void clean_up(void) {
   static const char *const files[] = {"checkpoint.kith", "checkpoint.kith.previous", "history.csv"};
   char path[64];
   for (size_t k = 0; k < sizeof files / sizeof *files; ++k) {
-    in(path, files[k]);
+    path_in(path, files[k]);
     unlink(path);
   }
   CHECK(rmdir(directory) == 0);
@@ -148,7 +149,7 @@ int main(void) {
   omp_set_num_threads(1);
   CHECK(mkdtemp(directory) != NULL);
   all_policies();
-  mirrored();
+  after_reflections();
   other_settings();
   clean_up();
   return check_failed();

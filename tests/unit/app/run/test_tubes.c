@@ -1,5 +1,6 @@
-/* The shipped tubes are the problems they are called after: their star states, from tables computed
- * elsewhere; their windows see nothing of the ends. */
+/* test_tubes.c - shipped shock tubes are the problems that they are named after: pressure and velocity
+ * between the waves, and shock speeds, agree with tables computed elsewhere; and nothing from the ends
+ * reaches their windows. */
 #include <string.h>
 #include "app/scene/scene.h"
 #include "tests/check.h"
@@ -7,7 +8,8 @@
 
 struct tube {
   const char *name;
-  double pressure, velocity, shock; /* of the star, and the speed of the shock that `shock` tells; 0: none */
+  /* between the waves; speed of the shock that ops->shock returns; 0: none */
+  double pressure, velocity, shock;
 };
 
 static const struct tube tubes[] = {
@@ -26,7 +28,7 @@ static const struct tube tubes[] = {
     {"isothermal-tube", .3457801, 1.061952, 1.663202},
 };
 
-/* NULL if it is refused. */
+/* Returns NULL if the scene is refused. */
 static struct kith_scene *read(const char *name, const char *more) {
   char path[512], dimension[32];
   snprintf(path, sizeof path, KITH_INPUTS "/%s.yaml", name);
@@ -37,7 +39,7 @@ static struct kith_scene *read(const char *name, const char *more) {
   return scene;
 }
 
-/* Sound from an end cannot have come into the window; a wall makes none in gas at rest. */
+/* Sound from an end cannot have reached the window; a wall causes none in gas at rest. */
 static void check_window(const struct kith_scene *s) {
   const struct kith_window *w = &s->exact.window;
   const struct exact_parameters held = exact_parameters_of(s->exact.ops, s->exact.settings), *p = &held;
@@ -60,7 +62,7 @@ static void check_tube(const struct tube *tube) {
   CHECK(strcmp(scene->name, tube->name) == 0);
   CHECK_OK(kith_exact_create(&solution, scene->exact.ops, scene->exact.settings));
   const struct kith_exact_star star = kith_exact_riemann.star(solution);
-  CHECK_CLOSE(star.pressure, tube->pressure, 1e-5 * tube->pressure); /* five digits and more are given */
+  CHECK_CLOSE(star.pressure, tube->pressure, 1e-5 * tube->pressure); /* tables have five digits or more */
   if (tube->pressure > 0) CHECK_CLOSE(star.velocity, tube->velocity, 1e-5 * fabs(tube->velocity) + 1e-13);
   const double shock = scene->exact.ops->shock(solution, scene->until);
   const double wanted =
@@ -73,12 +75,13 @@ static void check_tube(const struct tube *tube) {
   kith_scene_destroy(&scene);
 }
 
-/* Nothing beside the gas: a vacuum, on the side that is open; walls on both sides leave nothing to derive. */
+/* Without gas on one side there is a vacuum, if that side is open; with walls no exact solution is
+ * derived. */
 static void vacuum(void) {
   struct kith_scene *s = read("free-expansion", "regions.0.where.x=[-0.5, 0]");
-  CHECK(s == NULL); /* there is a gap before the wall on the left, too */
+  CHECK(s == NULL); /* there is also a gap before the wall on the left */
   s = read("free-expansion", "boundaries.x=reflecting");
-  CHECK(s == NULL); /* it will come back from the wall */
+  CHECK(s == NULL); /* gas would return from the wall */
   s = read("free-expansion", "regions.0.velocity=[0.5,0,0]");
   CHECK(s != NULL);
   if (s == NULL) return;

@@ -1,5 +1,5 @@
-/* Runs at the edges: odd scenes that must work, and wrong states that must stop the run with the node and the
- * reason. */
+/* test_wrong_run.c - unusual scenes that must work (against what is known: rest, conservation, an equivalent
+ * scene), and wrong states, which must stop the run and name the node and the reason. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
@@ -7,13 +7,13 @@
 #define GAS "materials: {gas: {gamma: 1.4}}\n"
 #define PERIODIC "boundaries: {x: periodic, y: periodic, z: periodic}\n"
 
-static const char calm[] = HEAD PERIODIC GAS
+static const char at_rest[] = HEAD PERIODIC GAS
     "resolution: {1d: 30, 2d: 10, 3d: 6}\n"
     "regions: [{material: gas, lattice: cubic, jitter: 0.2, density: 1, pressure: 1}]\nuntil: 1\n";
 
-/* --- odd, but right --- */
+/* --- unusual, but correct --- */
 
-/* A single node meets only its images: nothing pushes it, wherever it goes. */
+/* A single node interacts with its images only, so that no force acts on it. */
 static void one_node_in_a_thin_box(void) {
   static const char yaml[] = HEAD PERIODIC GAS
       "resolution: 1\nregions: [{material: gas, lattice: cubic, density: 1, pressure: 1, velocity: [0.3, "
@@ -25,15 +25,16 @@ static void one_node_in_a_thin_box(void) {
       const struct kith_hydro *h = &s.simulation->hydro;
       CHECK(s.simulation->nodes->n_internal == 1 && s.simulation->nodes->n_ghost > 2);
       CHECK(s.simulation->nodes->support->f64[0] > 1); /* the box is thinner than that */
-      CHECK_CLOSE(h->density->f64[0], 1, 0.02); /* a lattice of images; exact for the ideal lattice only */
+      /* images form a cubic lattice; exact for the ideal lattice only */
+      CHECK_CLOSE(h->density->f64[0], 1, 0.02);
       for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(h->velocity->f64[a], 0.3 - 0.1 * a, 1e-14);
     }
     scenario_close(&s);
   }
 }
 
-/* Node lists are labels: two materials of the same gas are one. */
-static void lists_are_labels(void) {
+/* Materials are labels: two materials of the same gas behave as one. */
+static void materials_are_labels(void) {
   static const char one[] = HEAD PERIODIC
       "materials: {a: {gamma: 1.4}}\n"
       "resolution: {1d: 30, 2d: 10, 3d: 6}\nregions:\n"
@@ -50,16 +51,16 @@ static void lists_are_labels(void) {
   if (scenario_open(&s, one, "%s", "scheme.name=leapfrog")) scenario_run(&s, 15);
   if (scenario_open(&t, three, "%s", "scheme.name=leapfrog") && scenario_run(&t, 15)) {
     CHECK(t.simulation->nodes->n_lists == 3 && t.simulation->nodes->lists[0].count == 0);
-    /* ghosts lie list by list: rows hold them in another order, so sums differ by rounding */
+    /* ghosts are sorted by list, so rows have another order and sums differ by rounding */
     CHECK(scenario_distance(&s, &t, "velocity") <= 1e-12);
     CHECK(scenario_distance(&s, &t, "energy") <= 1e-12);
-    CHECK(scenario_energy_drift(&t) <= 1e-12 && scenario_momentum_drift(&t) <= 1e-12);
+    CHECK(scenario_energy_error(&t) <= 1e-12 && scenario_momentum_error(&t) <= 1e-12);
   }
   scenario_close(&t);
   scenario_close(&s);
 }
 
-/* Three equations of state side by side. */
+/* Three equations of state beside each other. */
 static void several_materials(void) {
   static const char yaml[] = HEAD PERIODIC
       "materials: {a: {gamma: 1.4}, b: {eos: stiffened, gamma: 3, stiffness: 2}, c: {eos: isothermal, "
@@ -70,15 +71,15 @@ static void several_materials(void) {
       "  - {material: c, where: {x: [0.67, 1]}, lattice: cubic, density: 1, energy: 1}\nuntil: 1\n";
   struct scenario s = {0};
   if (scenario_open(&s, yaml, "%s", "connectivity.rebuild=displacement") && scenario_run(&s, 30)) {
-    CHECK(scenario_energy_drift(&s) <= 1e-12);
-    /* at rest at first: what counts is how much moves later */
-    CHECK(scenario_momentum_drift(&s) <= 1e-12);
+    CHECK(scenario_energy_error(&s) <= 1e-12);
+    /* momentum is relative to what moves later, since the gas is at rest at first */
+    CHECK(scenario_momentum_error(&s) <= 1e-12);
   }
   scenario_close(&s);
 }
 
-/* Gas with vacuum around it: its edge finds fewer neighbors, grows its support and flies off. */
-static void expands_into_the_open(void) {
+/* Gas in vacuum: nodes at its edge have fewer neighbors and larger supports, and fly away. */
+static void expansion_into_vacuum(void) {
   static const char yaml[] = HEAD GAS
       "resolution: {1d: 30, 2d: 12, 3d: 7}\n"
       "regions: [{material: gas, lattice: cubic, density: 1, pressure: 1}]\nuntil: 0.4\n";
@@ -88,16 +89,16 @@ static void expands_into_the_open(void) {
     double farthest = 0;
     for (kith_index i = 0; i < s.simulation->nodes->n_internal * NDIM; ++i) farthest = fmax(farthest, x[i]);
     CHECK(s.simulation->integrator.time == 0.4 && s.simulation->nodes->n_ghost == 0);
-    CHECK(farthest > 1.2); /* the edge moves at more than the speed of sound, 1.18 */
-    CHECK(scenario_energy_drift(&s) <= 1e-12);
+    CHECK(farthest > 1.2); /* the edge is faster than sound, 1.18 */
+    CHECK(scenario_energy_error(&s) <= 1e-12);
   }
   scenario_close(&s);
 }
 
 /* --- wrong --- */
 
-/* The run must stop within some steps, as DIVERGED, and name node `id` (-1: any) and the reason. */
-static void stops(struct scenario *s, int64_t id, const char *reason) {
+/* The run must stop within some steps as DIVERGED, and name node `id` (-1: any) and the reason. */
+static void check_stop(struct scenario *s, int64_t id, const char *reason) {
   char node[32];
   snprintf(node, sizeof node, "node %lld", (long long)id);
   kith_status status = KITH_OK;
@@ -110,7 +111,7 @@ static void stops(struct scenario *s, int64_t id, const char *reason) {
   }
 }
 
-/* Where the node of this id stands: reordering moves it. */
+/* The present index of the node with this id; reordering changes it. */
 static kith_index node_of(const struct scenario *s, int64_t id) {
   kith_index i = 0;
   while (s->simulation->nodes->id->i64[i] != id) ++i;
@@ -118,13 +119,13 @@ static kith_index node_of(const struct scenario *s, int64_t id) {
 }
 
 /* Sets one value of node 7 after the start. */
-static void breaks(const char *settings, const char *field, double value, const char *reason) {
+static void check_broken(const char *settings, const char *field, double value, const char *reason) {
   struct scenario s = {0};
-  if (scenario_open(&s, calm, "%s", settings)) {
+  if (scenario_open(&s, at_rest, "%s", settings)) {
     CHECK_OK(scenario_start(&s));
     struct kith_field *f = scenario_field(&s, field);
     f->f64[node_of(&s, 7) * f->components] = value;
-    stops(&s, 7, reason);
+    check_stop(&s, 7, reason);
   }
   scenario_close(&s);
 }
@@ -138,17 +139,17 @@ static void broken_states(void) {
       "scheme.name=rk2 connectivity.rebuild=displacement boundaries.x=reflecting",
       "boundaries.x=open boundaries.y=open boundaries.z=open"};
   for (int k = 0; k < 6; ++k) {
-    breaks(settings[k], "velocity", NAN, "not finite");
-    breaks(settings[k], "velocity", INFINITY, "not finite");
-    breaks(settings[k], "position", NAN, "not finite");
-    breaks(settings[k], "energy", -1, "negative");
-    breaks(settings[k], "energy", NAN, "not finite");
-    breaks(settings[k], "support", NAN, "not finite");
+    check_broken(settings[k], "velocity", NAN, "not finite");
+    check_broken(settings[k], "velocity", INFINITY, "not finite");
+    check_broken(settings[k], "position", NAN, "not finite");
+    check_broken(settings[k], "energy", -1, "negative");
+    check_broken(settings[k], "energy", NAN, "not finite");
+    check_broken(settings[k], "support", NAN, "not finite");
   }
 }
 
-/* One node and nothing else anywhere: no support is large enough. */
-static void alone(void) {
+/* A single node without images: no support is large enough. */
+static void single_node(void) {
   static const char yaml[] = HEAD GAS
       "resolution: 1\nregions: [{material: gas, lattice: cubic, density: 1, pressure: 1}]\nuntil: 1\n";
   static const char *const rebuild[] = {"always", "displacement"};
@@ -163,9 +164,9 @@ static void alone(void) {
 }
 
 /* Many nodes at one place: no support is small enough. */
-static void heaped(void) {
+static void coincident_nodes(void) {
   struct scenario s = {0};
-  if (scenario_open(&s, calm, "%s", "resolution=10")) {
+  if (scenario_open(&s, at_rest, "%s", "resolution=10")) {
     for (kith_index i = 0; i < s.simulation->nodes->n_internal * NDIM; ++i)
       s.simulation->nodes->position->f64[i] = 0.5;
     s.simulation->nodes->positions += 1;
@@ -175,21 +176,21 @@ static void heaped(void) {
   scenario_close(&s);
 }
 
-/* A step that time no longer feels. */
+/* A step that is too small to change the time. */
 static void collapse(void) {
   struct scenario s = {0};
-  if (scenario_open(&s, calm, "%s", "scheme.name=leapfrog")) {
+  if (scenario_open(&s, at_rest, "%s", "scheme.name=leapfrog")) {
     CHECK_OK(scenario_start(&s));
     CHECK_OK(kith_integrator_step(&s.simulation->integrator, 1));
     s.simulation->integrator.timestep_limit = (struct kith_timestep_limit){1e-20, 3, KITH_LIMIT_courant};
-    stops(&s, 3, "collapsed");
+    check_stop(&s, 3, "collapsed");
     CHECK(strstr(kith_failure(), "courant") != NULL);
   }
   scenario_close(&s);
-  if (scenario_open(&s, calm, "%s", "scheme.name=leapfrog")) {
+  if (scenario_open(&s, at_rest, "%s", "scheme.name=leapfrog")) {
     CHECK_OK(scenario_start(&s));
     s.simulation->hydro.acceleration->f64[node_of(&s, 7) * NDIM] = 1e80;
-    stops(&s, 7, "");
+    check_stop(&s, 7, "");
   }
   scenario_close(&s);
 }
@@ -197,12 +198,12 @@ static void collapse(void) {
 int main(void) {
   omp_set_num_threads(1);
   one_node_in_a_thin_box();
-  lists_are_labels();
+  materials_are_labels();
   several_materials();
-  expands_into_the_open();
+  expansion_into_vacuum();
   broken_states();
-  alone();
-  heaped();
+  single_node();
+  coincident_nodes();
   collapse();
   return check_failed();
 }

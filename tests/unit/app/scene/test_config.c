@@ -1,4 +1,5 @@
-/* YAML as a tree: what is refused and on which line, overrides, writing and reading again, nearest words. */
+/* test_config.c - YAML as a tree of nodes: what is refused, with line and message; overrides; files over base
+ * files; writing, and reading again; suggestions for misspelled words. */
 #include "app/scene/config.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -48,8 +49,8 @@ static void syntax(void) {
   refused("'': 2\n", "f:1: a key must be a word");
   refused("a: \"x\\0y\"\n", "f:1: a: a NUL character in a value");
   refused("\"a\\0b\": 1\n", "f:1: a key must be a word");
-  refused("\"a\\nb\": 1\n\"a\\nb\": 2\n",
-          "f:2: a?b: duplicate key, first on line 1"); /* one line, whatever the key */
+  /* a message is one line, whatever the key */
+  refused("\"a\\nb\": 1\n\"a\\nb\": 2\n", "f:2: a?b: duplicate key, first on line 1");
 }
 
 static void limits(void) {
@@ -79,7 +80,7 @@ static void tree(void) {
   CHECK(z != NULL && strcmp(z->text, "3") == 0 && z->location.line == 4);
   CHECK(kith_config_child(m, "n") == NULL && kith_config_child(m, "y") == NULL);
   CHECK(kith_config_child(NULL, "n") == NULL && kith_config_at(config, "m.x.3") == NULL);
-  CHECK(kith_config_child(config->root, "q") != NULL); /* quoted: a word */
+  CHECK(kith_config_child(config->root, "q") != NULL); /* quoted, so it is a word */
   check_message("fail", kith_config_fail(z, NULL, "is %d", 3), "f:4: m.x.2.z: is 3");
   check_message("fail", kith_config_fail(m, "k", "two\nlines"), "f:3: m.k: two?lines");
   kith_config_destroy(&config);
@@ -141,8 +142,8 @@ static void overrides(void) {
   kith_config_destroy(&config);
 }
 
-/* What was written reads as the same tree, so writing it again gives the same text. */
-static void written(const char *text) {
+/* What is written parses to the same tree, so writing that again gives the same text. */
+static void write_and_read(const char *text) {
   struct kith_config *config, *again;
   char *first = NULL, *second = NULL;
   CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
@@ -157,10 +158,10 @@ static void written(const char *text) {
 }
 
 static void writing(void) {
-  written("a: 1.0\nb: [1, 2, 'x: y', \"t\\tn\\n\"]\nc: {}\nd: []\ne: ~\nf: 'null'\n");
-  written("a: |\n  two\n  lines\nb: >\n  folded\n  words\nc: plain on\n  two lines\n");
-  written("l:\n- - 1\n  - [2]\n- {x: 1, y: {z: }}\n");
-  written("'a b': ''\n\"c: d\": '# no comment'\n'-': \"- x\"\n'{': \"é\"\n");
+  write_and_read("a: 1.0\nb: [1, 2, 'x: y', \"t\\tn\\n\"]\nc: {}\nd: []\ne: ~\nf: 'null'\n");
+  write_and_read("a: |\n  two\n  lines\nb: >\n  folded\n  words\nc: plain on\n  two lines\n");
+  write_and_read("l:\n- - 1\n  - [2]\n- {x: 1, y: {z: }}\n");
+  write_and_read("'a b': ''\n\"c: d\": '# no comment'\n'-': \"- x\"\n'{': \"é\"\n");
 }
 
 static void file_refused(const char *path, const char *what) {
@@ -199,7 +200,7 @@ static void files(void) {
   rmdir(folder);
 }
 
-static void put_file(const char *folder, const char *name, const char *text) {
+static void write_file(const char *folder, const char *name, const char *text) {
   char path[96];
   snprintf(path, sizeof path, "%s/%s", folder, name);
   FILE *file = fopen(path, "wb");
@@ -207,11 +208,11 @@ static void put_file(const char *folder, const char *name, const char *text) {
   fclose(file);
 }
 
-/* A scene over base.yaml of the same folder: what it becomes, or the message (behind the folder's name). */
-static void based(const char *folder, const char *text, const char *wanted, const char *message) {
+/* A scene over base.yaml in the same folder: the result, or the message (after the name of the folder). */
+static void with_base(const char *folder, const char *text, const char *wanted, const char *message) {
   struct kith_config *config;
   char path[96], *out = NULL, line[256];
-  put_file(folder, "s.yaml", text);
+  write_file(folder, "s.yaml", text);
   snprintf(path, sizeof path, "%s/s.yaml", folder);
   if (message != NULL) {
     snprintf(line, sizeof line, "%s/%s", folder, message);
@@ -232,25 +233,27 @@ static void based(const char *folder, const char *text, const char *wanted, cons
 static void bases(void) {
   char folder[] = "config_XXXXXX", path[96];
   CHECK(mkdtemp(folder) != NULL);
-  put_file(folder, "base.yaml", "scene: b\na: 1\nm: {x: 1, y: 2}\nl: [{z: 1}, 2]\n");
-  put_file(folder, "middle.yaml", "base: base.yaml\n\nm.x: 5\n");
-  put_file(folder, "round.yaml", "base: s.yaml\n");
-  based(folder, "base: base.yaml\n", "scene: null\na: 1\nm:\n  x: 1\n  y: 2\nl:\n- z: 1\n- 2\n", NULL);
-  based(folder, "m.x: {q: [1, 2]}\nbase: base.yaml\nscene: s\nl.0.z: 7\nn.o: ~\na: 'x y'\n",
-        "scene: s\na: 'x y'\nm:\n  x:\n    q: [1, 2]\n  y: 2\nl:\n- z: 7\n- 2\nn:\n  o: null\n", NULL);
-  based(folder, "base: middle.yaml\nm.y: 6\nl: 3\n", "scene: null\na: 1\nm:\n  x: 5\n  y: 6\nl: 3\n", NULL);
-  based(folder, "base: base.yaml\n\nl.2.z: 1\n", NULL,
-        "s.yaml:3: l.2: no such entry, the list has 2 (counted from 0)");
-  based(folder, "base: base.yaml\na.b: 1\n", NULL, "s.yaml:2: a: has no keys, it is '1'");
-  based(folder, "base: base.yaml\na..b: 1\n", NULL, "s.yaml:2: a..b: an empty word between dots");
-  based(folder, "base: base.yaml\nm.: 1\n", NULL, "s.yaml:2: m.: an empty word between dots");
-  based(folder, "base: [1]\n", NULL, "s.yaml:1: base: not the name of a file");
-  based(folder, "a: 1\nbase: round.yaml\n", NULL, "s.yaml:2: base: the 8th base in a row; do they go round?");
+  write_file(folder, "base.yaml", "scene: b\na: 1\nm: {x: 1, y: 2}\nl: [{z: 1}, 2]\n");
+  write_file(folder, "middle.yaml", "base: base.yaml\n\nm.x: 5\n");
+  write_file(folder, "round.yaml", "base: s.yaml\n");
+  with_base(folder, "base: base.yaml\n", "scene: null\na: 1\nm:\n  x: 1\n  y: 2\nl:\n- z: 1\n- 2\n", NULL);
+  with_base(folder, "m.x: {q: [1, 2]}\nbase: base.yaml\nscene: s\nl.0.z: 7\nn.o: ~\na: 'x y'\n",
+            "scene: s\na: 'x y'\nm:\n  x:\n    q: [1, 2]\n  y: 2\nl:\n- z: 7\n- 2\nn:\n  o: null\n", NULL);
+  with_base(folder, "base: middle.yaml\nm.y: 6\nl: 3\n", "scene: null\na: 1\nm:\n  x: 5\n  y: 6\nl: 3\n",
+            NULL);
+  with_base(folder, "base: base.yaml\n\nl.2.z: 1\n", NULL,
+            "s.yaml:3: l.2: no such entry, the list has 2 (counted from 0)");
+  with_base(folder, "base: base.yaml\na.b: 1\n", NULL, "s.yaml:2: a: has no keys, it is '1'");
+  with_base(folder, "base: base.yaml\na..b: 1\n", NULL, "s.yaml:2: a..b: an empty word between dots");
+  with_base(folder, "base: base.yaml\nm.: 1\n", NULL, "s.yaml:2: m.: an empty word between dots");
+  with_base(folder, "base: [1]\n", NULL, "s.yaml:1: base: not the name of a file");
+  with_base(folder, "a: 1\nbase: round.yaml\n", NULL,
+            "s.yaml:2: base: the 8th base in a row; do they go round?");
   snprintf(path, sizeof path, "s.yaml:2: base: %s/none.yaml: No such file or directory", folder);
-  based(folder, "\nbase: none.yaml\n", NULL, path);
-  /* Places are those of the file that a value stands in. */
+  with_base(folder, "\nbase: none.yaml\n", NULL, path);
+  /* Locations are those of the file in which a value stands. */
   struct kith_config *config;
-  put_file(folder, "s.yaml", "base: middle.yaml\n\n\nm.y: {u: 6}\n");
+  write_file(folder, "s.yaml", "base: middle.yaml\n\n\nm.y: {u: 6}\n");
   snprintf(path, sizeof path, "%s/s.yaml", folder);
   CHECK_OK(kith_config_read(&config, path));
   static const char *const at[] = {"m.y.u", "m.x", "a"}, *const told[] = {"s.yaml:4: m.y.u: no",
@@ -269,13 +272,13 @@ static void bases(void) {
   rmdir(folder);
 }
 
-static void near(const char *words, const char *word, const char *wanted) {
+static void check_suggestion(const char *choices, const char *word, const char *wanted) {
   char found[32] = "none";
-  kith_choices_suggest(words, word, found, sizeof found);
+  kith_choices_suggest(choices, word, found, sizeof found);
   CHECK(strcmp(found, wanted) == 0);
 }
 
-static void words(void) {
+static void choices(void) {
   char all[32];
   CHECK(kith_choices_index("|a|b_c|d", "b-c") == 1 && kith_choices_index("a|b", "") == -1 &&
         kith_choices_index("", "a") == -1);
@@ -284,14 +287,14 @@ static void words(void) {
   CHECK(strcmp(all, "tree, two-words, x") == 0);
   kith_choices_format("tree|two_words|and many many more words", all, 12);
   CHECK(strcmp(all, "tree, two-w") == 0);
-  near("kernel|neighbors|energy", "kernl", "kernel");
-  near("kernel|neighbors|energy", "neigbours", "neighbors");
-  near("kernel|energy", "krenel", "kernel");
-  near("cubic|bcc|fcc|hcp", "fc", "fcc");
-  near("cubic|bcc|fcc|hcp", "simple", "none");
-  near("ball|outside_ball", "outside ball", "outside-ball");
-  near("kernel", "", "none");
-  near("kernel", "a word that is much longer than any key", "none");
+  check_suggestion("kernel|neighbors|energy", "kernl", "kernel");
+  check_suggestion("kernel|neighbors|energy", "neigbours", "neighbors");
+  check_suggestion("kernel|energy", "krenel", "kernel");
+  check_suggestion("cubic|bcc|fcc|hcp", "fc", "fcc");
+  check_suggestion("cubic|bcc|fcc|hcp", "simple", "none");
+  check_suggestion("ball|outside_ball", "outside ball", "outside-ball");
+  check_suggestion("kernel", "", "none");
+  check_suggestion("kernel", "a word that is much longer than any key", "none");
 }
 
 int main(void) {
@@ -302,6 +305,6 @@ int main(void) {
   writing();
   files();
   bases();
-  words();
+  choices();
   return check_failed();
 }

@@ -1,32 +1,33 @@
-/* Formulas of scenes: values, constants, and what is refused. */
+/* test_expression.c - formulas of scenes: values (against C, and against the table of the manual), which
+ * formulas are constant, and what is refused. */
 #include <stdio.h>
 #include <string.h>
 #include "app/scene/expression.h"
 #include "tests/check.h"
 
-static const double place[3] = {0.3, -0.4, 1.2};
+static const double position[3] = {0.3, -0.4, 1.2};
 
 static double value_of(const char *formula) {
   struct kith_expression *f = NULL;
   double value = NAN;
   CHECK_OK(kith_expression_create(&f, formula));
-  if (f) CHECK_OK(kith_expression_at(f, NDIM, place, &value));
+  if (f) CHECK_OK(kith_expression_at(f, NDIM, position, &value));
   kith_expression_destroy(&f);
   CHECK(!f);
   return value;
 }
 
 static void values(void) {
-  const double y = NDIM > 1 ? place[1] : 0, z = NDIM > 2 ? place[2] : 0;
-  const double r = sqrt(place[0] * place[0] + y * y + z * z);
+  const double y = NDIM > 1 ? position[1] : 0, z = NDIM > 2 ? position[2] : 0;
+  const double r = sqrt(position[0] * position[0] + y * y + z * z);
   CHECK(value_of("1.25") == 1.25);
   CHECK(value_of("-1e-6") == -1e-6);
-  CHECK(value_of("x") == place[0]);
-  CHECK(value_of("y") == y); /* 0 below the second dimension */
+  CHECK(value_of("x") == position[0]);
+  CHECK(value_of("y") == y); /* 0 in 1-D */
   CHECK(value_of("z") == z);
   CHECK_CLOSE(value_of("r"), r, 1e-15); /* one rounding of a value near 1 */
-  CHECK_CLOSE(value_of("sin(2*pi*x) + e^y"), sin(2 * acos(-1.0) * place[0]) + exp(y),
-              4e-15); /* a few roundings */
+  /* tolerance: a few roundings */
+  CHECK_CLOSE(value_of("sin(2*pi*x) + e^y"), sin(2 * acos(-1.0) * position[0]) + exp(y), 4e-15);
   CHECK(value_of("x < 0.5 ? 2 : 3") == 2);
   CHECK(value_of("x == 0.3 && y <= 0 && z != 7") == 1);
   CHECK(value_of("1 +\n 2") == 3);
@@ -63,7 +64,7 @@ static void not_finite(void) {
   double value;
   CHECK_OK(kith_expression_create(&f, "-x/r"));
   CHECK_STATUS(KITH_BAD_INPUT, kith_expression_at(f, NDIM, zero, &value));
-  CHECK_OK(kith_expression_at(f, NDIM, one, &value)); /* a failure does not stick */
+  CHECK_OK(kith_expression_at(f, NDIM, one, &value)); /* a failure has no later effect */
   CHECK(value == -1);
   kith_expression_destroy(&f);
 }
@@ -83,8 +84,8 @@ static void constants(void) {
   CHECK(!constant("1 + 0*r"));
 }
 
-/* Two objects keep their own variables. */
-static void apart(void) {
+/* Two formulas have variables of their own. */
+static void separate_variables(void) {
   struct kith_expression *f = NULL, *g = NULL;
   const double here[3] = {1, 0, 0}, there[3] = {2, 0, 0};
   double a = 0, b = 0;
@@ -99,20 +100,20 @@ static void apart(void) {
   kith_expression_destroy(&g);
 }
 
-/* The rows `| \`formula\` | value |` of the manual, at (1, 2, 3). */
-static void manual(void) {
+/* The rows `| \`formula\` | value |` of the manual, evaluated at (1, 2, 3). */
+static void manual_table(void) {
   const double at[3] = {1, 2, 3};
   char line[256], formula[128];
-  double value, told;
+  double value, printed;
   int n = 0;
   FILE *file = fopen(KITH_MANUAL "/scene.md", "r");
   CHECK(file != NULL);
   while (NDIM == 3 && file != NULL && fgets(line, sizeof line, file) != NULL) {
     struct kith_expression *f = NULL;
-    if (sscanf(line, "| `%127[^`]` | %lf |", formula, &told) != 2) continue;
+    if (sscanf(line, "| `%127[^`]` | %lf |", formula, &printed) != 2) continue;
     CHECK_OK(kith_expression_create(&f, formula));
     if (f != NULL) CHECK_OK(kith_expression_at(f, 3, at, &value));
-    if (f == NULL || fabs(value - told) > 1e-15 * fabs(told)) {
+    if (f == NULL || fabs(value - printed) > 1e-15 * fabs(printed)) {
       fprintf(stderr, "%s is %.17g\n", formula, value);
       ++check_failures;
     }
@@ -125,11 +126,11 @@ static void manual(void) {
 
 int main(void) {
   values();
-  manual();
+  manual_table();
   refused_formulas();
   not_finite();
   constants();
-  apart();
+  separate_variables();
   struct kith_expression *none = NULL;
   kith_expression_destroy(&none);
   return check_failed();

@@ -1,5 +1,5 @@
-/* Scenes that are right: every value where it belongs, in every dimension; derived exact parameters; the
- * reference. */
+/* test_scene.c - correct scenes: every value is where it belongs, in every dimension; parameters of exact
+ * solutions that follow from the scene; and the reference of all keys, which is itself a scene. */
 #include "app/scene/scene.h"
 #include <math.h>
 #include <stdio.h>
@@ -12,7 +12,7 @@
 #include "tests/unit/exact_settings.h"
 #include "physics/passes/viscosity.h"
 
-/* The settings of package sph begin with these. */
+/* Settings of package sph begin with those of viscosity. */
 static const struct kith_viscosity_settings *viscosity_of(const struct kith_scene *scene) {
   return scene->method.package.settings;
 }
@@ -24,7 +24,7 @@ static void check_message(const char *what, kith_status status, const char *want
           status == KITH_OK ? "" : kith_failure(), wanted);
 }
 
-/* Overrides that every dimension needs: the scene below is written once. */
+/* The override that each dimension needs, since the scene below is written once. */
 static const char *dimension_override(void) {
   return NDIM == 1 ? "dimension=1" : NDIM == 2 ? "dimension=2" : "dimension=3";
 }
@@ -34,7 +34,7 @@ static kith_status read_text(struct kith_scene **scene, const char *text, const 
   return kith_scene_parse(scene, "f", text, strlen(text), override_ == NULL ? 1 : 2, overrides);
 }
 
-/* --- a scene that is right --- */
+/* --- a correct scene --- */
 
 static const char sod[] =
     "scene: sod\n"
@@ -100,7 +100,7 @@ static void example(void) {
   if (s == NULL) return;
   sod_regions(s);
   sod_rest(s);
-  struct kith_scene *again; /* its text is the same scene, and the same text */
+  struct kith_scene *again; /* its text parses to the same scene, and the same text */
   CHECK_OK(kith_scene_parse(&again, "g", s->text, strlen(s->text), 0, NULL));
   CHECK(again != NULL && strcmp(again->text, s->text) == 0);
   kith_scene_destroy(&again);
@@ -167,7 +167,7 @@ static void derives_sedov(void) {
   CHECK(s->n_deposits == 1 && s->deposit->shape == KITH_DEPOSIT_KERNEL && s->deposit->spacings == 2);
   CHECK(s->deposit->node->location.line == 9);
   kith_scene_destroy(&s);
-  s = read_exact(/* on no face but the upper one of x: two halves */
+  s = read_exact(/* on the upper face of x only: two halves */
                  "regions: [{material: gas, density: 2, pressure: 1e-3}]\n"
                  "energy:\n  - {energy: 1, center: [1, 0.5, 0.5]}\n"
                  "exact: {name: sedov}\n");
@@ -215,7 +215,7 @@ static void derives_others(void) {
   kith_scene_destroy(&s);
 }
 
-/* A vortex: gamma, density, and what carries it round; the pressure varies, so it must be given. */
+/* A vortex: gamma, density and the velocity that carries it; its pressure varies, so it must be given. */
 static void derives_gresho(void) {
   static const char rest[] =
       "regions: [{material: gas, density: 3, pressure: 5 + x, equilibrium: true}]\n"
@@ -269,7 +269,7 @@ static void reads_across(void) {
 }
 
 static void reads_pictures(void) {
-  if (NDIM < 3) return; /* has no slices */
+  if (NDIM < 3) return; /* slices need 3 dimensions */
   struct kith_scene *s = read_exact(
       "regions: [{material: gas, density: 1, pressure: 1}]\nexact: {name: uniform}\n"
       "output:\n"
@@ -286,7 +286,7 @@ static void reads_pictures(void) {
   kith_scene_destroy(&s);
 }
 
-/* --- the rest --- */
+/* --- files, the reference, comparison --- */
 
 static void reads_files(void) {
   char folder[] = "scene_XXXXXX", path[64];
@@ -313,8 +313,8 @@ static void reads_files(void) {
   rmdir(folder);
 }
 
-/* The reference is a scene once what is required is filled in: so every key in it is known, and every default
- * is allowed. */
+/* The reference is a scene once required values are given: so all keys in it are known, and all defaults
+ * allowed. */
 static void reference(void) {
   static char text[1 << 16];
   FILE *file = tmpfile();
@@ -347,7 +347,7 @@ static void reference(void) {
   kith_scene_destroy(&s);
 }
 
-/* The scene of a checkpoint is the same if it says the same, however its values are written. */
+/* A checkpoint fits a scene with the same values, however they are written. */
 static void compares(void) {
   static const struct {
     const char *setting, *differs; /* NULL: nothing */
@@ -356,8 +356,8 @@ static void compares(void) {
                {"materials.gas.gamma=1.40", NULL},
                {"materials.gas.eos=ideal", NULL},
                {"regions.0.density=1.0", NULL},
-               {"reproducible=false", NULL}, /* its default, which was not said */
-               /* what the state does not depend on */
+               {"reproducible=false", NULL}, /* the default, not given before */
+               /* settings that do not affect the state */
                {"output.plot=true", NULL},
                {"output={}", NULL},
                {"neighbor.search=grid", NULL},
@@ -366,7 +366,7 @@ static void compares(void) {
                {"partition.name=morton", NULL},
                {"partition={name: diffusion, flow: willebeek}", NULL},
                {"exact.window.x=[0,1]", NULL},
-               /* what it does */
+               /* settings that affect it */
                {"partition.ghosts=recompute", "partition.ghosts is recompute there, and not given now"},
                {"scheme.name=verlet", "scheme.name is verlet there, and leapfrog now"},
                {"method.viscosity.alpha=1.5", "method.viscosity.alpha is 1.5 there, and 1 now"},

@@ -1,4 +1,4 @@
-/* Scenes that are wrong: one message for each way, with its line. */
+/* test_scene_wrong.c - wrong scenes: one message for each error, with its line. */
 #include "app/scene/scene.h"
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,8 @@ static const char *dimension_override(void) {
   return NDIM == 1 ? "dimension=1" : NDIM == 2 ? "dimension=2" : "dimension=3";
 }
 
-/* Line 2 is the dimension; the tables below put other lines in the place of one, or behind the last (11). */
+/* A correct scene. The tables below replace one of its lines, or the empty last one (11); line 2 is the
+ * dimension. */
 static const char *const lines[] = {
     "scene: base",
     "dimension: {1d: 1, 2d: 2, 3d: 3}",
@@ -361,7 +362,8 @@ static const struct wrong meanings[] = {
      "did you mean 'riemann'?"},
 };
 
-/* Messages whose words depend on the dimension, or on another room: that they are there, and where. */
+/* Messages whose text depends on the dimension, or on lists that grow: only their beginning and a part are
+ * checked. */
 static void refused_at(int line, const char *replacement, const char *start, const char *part) {
   char text[4096];
   struct kith_scene *scene;
@@ -387,7 +389,7 @@ static void refused_elsewhere(void) {
   refused_at(8, "  - {material: gas, density: q, pressure: 1}", "f:8: regions.0.density: formula 'q'", "");
   refused_at(8, "  - {material: gas, density: '', pressure: 1}", "f:8: regions.0.density: formula ''", "");
   refused_at(8, "  - {material: gas, density: 1, pressure: 1, velocity: [x, y, 'z)']}",
-             "f:8: regions.0.velocity.2: formula 'z)'", ""); /* beyond the dimension too */
+             "f:8: regions.0.velocity.2: formula 'z)'", ""); /* also beyond the dimension */
   refused_at(8, "  - {material: gas, density: 1, pressure: 1,\n     where: {inside: 'x <'}}",
              "f:9: regions.0.where.inside: formula 'x <'", "");
   refused_at(11, "exact: {name: noh}", "f:11: exact.velocity: missing", "");

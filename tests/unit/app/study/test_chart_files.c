@@ -1,4 +1,5 @@
-/* What charts and stress sweeps read: points of other codes, suites, sweeps; measures of a report. */
+/* test_chart_files.c - files that charts and stress sweeps read: results of other codes, suites, sweeps, and
+ * measures of a report; wrong ones are refused with their line. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,25 +7,25 @@
 #include "app/study/study.h"
 #include "tests/check.h"
 
-static char place[] = "chart-test-XXXXXX";
+static char directory[] = "chart-test-XXXXXX";
 static char path[256];
 static const struct kith_options none;
 
-static const char *put(const char *name, const char *text) {
-  snprintf(path, sizeof path, "%s/%s", place, name);
+static const char *write_file(const char *name, const char *text) {
+  snprintf(path, sizeof path, "%s/%s", directory, name);
   FILE *f = fopen(path, "w");
   CHECK(f != NULL);
   if (f != NULL) fputs(text, f), fclose(f);
   return path;
 }
 
-/* A suite; the study holds one at a time. */
+/* Reads a suite; the study holds one at a time. */
 static kith_status read_suite(struct kith_study *study, const char *subject) {
   kith_study_clear(study);
   return kith_suite_read(study, subject);
 }
 
-static bool said(const char *words) {
+static bool says(const char *words) {
   const bool found = strstr(kith_failure(), words) != NULL;
   if (!found) fprintf(stderr, "no '%s' in: %s\n", words, kith_failure());
   return found;
@@ -33,9 +34,9 @@ static bool said(const char *words) {
 static void check_reference_codes(struct kith_study *study) {
 #define WITH(code) \
   "scene: sod\nresolution: [5]\nnorms: [density.l1, pressure.l1]\nreference_codes:\n  - {" code "}\n"
-  CHECK_OK(
-      read_suite(study, put("o.yaml", WITH("code: A, machine: 'x, \"y\"', resolution: 10, cpu_seconds: 1.5, "
-                                           "norms: {density.l1: 0.1, velocity.l2: 3}"))));
+  CHECK_OK(read_suite(
+      study, write_file("o.yaml", WITH("code: A, machine: 'x, \"y\"', resolution: 10, cpu_seconds: 1.5, "
+                                       "norms: {density.l1: 0.1, velocity.l2: 3}"))));
   const struct kith_suite s = *study->suite;
   CHECK(s.n_codes == 1 && strcmp(s.code->name, "A") == 0 && strcmp(s.code->machine, "x, \"y\"") == 0);
   CHECK(s.code->cpu_seconds == 1.5 && s.code->norm[0] == 0.1 && isnan(s.code->norm[1]) &&
@@ -50,7 +51,7 @@ static void check_reference_codes(struct kith_study *study) {
       {WITH("code: A, resolution: 10, cpu_seconds: 1, norms: {density.l1: 1}"),
        "o.yaml:5: reference_codes.0.machine"}};
   for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
-    CHECK(read_suite(study, put("o.yaml", wrong[k][0])) == KITH_BAD_INPUT && said(wrong[k][1]));
+    CHECK(read_suite(study, write_file("o.yaml", wrong[k][0])) == KITH_BAD_INPUT && says(wrong[k][1]));
 }
 
 static bool has(const struct kith_job *job, const char *setting) {
@@ -66,11 +67,11 @@ static int lines(const char *text) {
 
 static void check_suite(struct kith_study *study) {
   const struct kith_options options = {.n_overrides = 1, .overrides = {"scheme.cfl=0.25"}};
-  put("s.yaml",
-      "scene: sod\ndimension: 1\nsettings: {method: {viscosity: {alpha: 2}}, "
-      "regions.0.velocity: [1, 'x + 1', 0]}\n"
-      "methods:\n  - {name: one}\n  - {name: two, settings: {method.energy: thermal, ranks: 3}}\n"
-      "resolution: [20, 50, 100]\nnorms: [contact_pressure_error, pressure.l2]\n");
+  write_file("s.yaml",
+             "scene: sod\ndimension: 1\nsettings: {method: {viscosity: {alpha: 2}}, "
+             "regions.0.velocity: [1, 'x + 1', 0]}\n"
+             "methods:\n  - {name: one}\n  - {name: two, settings: {method.energy: thermal, ranks: 3}}\n"
+             "resolution: [20, 50, 100]\nnorms: [contact_pressure_error, pressure.l2]\n");
   study->options = &options;
   CHECK_OK(read_suite(study, path));
   struct kith_suite s = *study->suite;
@@ -109,18 +110,18 @@ static void check_wrong_suites(struct kith_study *study) {
   };
   const struct kith_options options = {.n_overrides = 1, .overrides = {"resolution=6"}};
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
-    put("s.yaml", cases[k][0]);
-    CHECK(read_suite(study, path) == KITH_BAD_INPUT && said(cases[k][1]));
+    write_file("s.yaml", cases[k][0]);
+    CHECK(read_suite(study, path) == KITH_BAD_INPUT && says(cases[k][1]));
   }
-  put("s.yaml", "scene: sod\nresolution: [5]\n");
+  write_file("s.yaml", "scene: sod\nresolution: [5]\n");
   study->options = &options;
-  CHECK(read_suite(study, path) == KITH_BAD_INPUT && said("--set resolution: this is what is varied"));
+  CHECK(read_suite(study, path) == KITH_BAD_INPUT && says("--set resolution: this is what is varied"));
   study->options = &none;
 }
 
 static kith_status read_sweeps(struct kith_study *study, const char *text, const char *only) {
   kith_study_clear(study);
-  return kith_sweeps_read(study, put("w.yaml", text), only);
+  return kith_sweeps_read(study, write_file("w.yaml", text), only);
 }
 
 #define SWEEP(name, rest)                                                             \
@@ -149,12 +150,12 @@ static void check_sweeps(struct kith_study *study) {
         has(&sweeps[0].job[3], "scheme.cfl=0.2"));
   CHECK(sweeps[1].named_values && sweeps[1].of_first && has(&sweeps[1].job[0], "b?=[2, 3]"));
   CHECK(read_sweeps(study, "sweeps:\n" SWEEP("one", "values: {until: [1]}"), "ones") == KITH_BAD_INPUT &&
-        said("did you mean 'one'"));
+        says("did you mean 'one'"));
   for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
-    CHECK(read_sweeps(study, wrong[k][0], NULL) == KITH_BAD_INPUT && said(wrong[k][1]));
+    CHECK(read_sweeps(study, wrong[k][0], NULL) == KITH_BAD_INPUT && says(wrong[k][1]));
 }
 
-/* The sweeps and the suites that are shipped can be read. */
+/* The shipped sweeps and suites can be read. */
 static void check_shipped(struct kith_study *study) {
   static const char *const names[] = {"gresho-2d", "kernels-2d", "ranks", "sedov-3d", "sod-1d", "sod-3d"};
   char file[KITH_PATH + 32];
@@ -168,8 +169,8 @@ static void check_shipped(struct kith_study *study) {
 
 static void check_measures(void) {
   const char *report =
-      put("report.json",
-          "{\"steps\": 12, \"norms\": {\"shock_radius\": 0.9, \"shock_exact\": 1.2, \"l1\": null}}");
+      write_file("report.json",
+                 "{\"steps\": 12, \"norms\": {\"shock_radius\": 0.9, \"shock_exact\": 1.2, \"l1\": null}}");
   double value;
   CHECK(kith_report_measure(report, "steps", &value) == KITH_OK && value == 12);
   CHECK(kith_report_measure(report, "steps / norms.shock_exact", &value) == KITH_OK &&
@@ -181,12 +182,12 @@ static void check_measures(void) {
   CHECK(kith_report_measure(report, "norms", &value) == KITH_BAD_FILE);
   CHECK(kith_report_measure(report, "steps.l1", &value) == KITH_BAD_FILE && isnan(value));
   CHECK(kith_report_measure("no/such/report.json", "steps", &value) == KITH_BAD_FILE);
-  CHECK(kith_report_measure(report, "steps / nothing", &value) == KITH_BAD_FILE && said("no nothing"));
+  CHECK(kith_report_measure(report, "steps / nothing", &value) == KITH_BAD_FILE && says("no nothing"));
 }
 
 int main(void) {
   struct kith_study study = {.options = &none};
-  CHECK(mkdtemp(place) != NULL);
+  CHECK(mkdtemp(directory) != NULL);
   CHECK(kith_programs_find(&study.programs) == KITH_OK);
   check_reference_codes(&study);
   check_suite(&study);
@@ -196,7 +197,7 @@ int main(void) {
   check_measures();
   kith_study_clear(&study);
   char command[64];
-  snprintf(command, sizeof command, "rm -rf %s", place);
+  snprintf(command, sizeof command, "rm -rf %s", directory);
   CHECK(system(command) == 0);
   return check_failed();
 }

@@ -1,4 +1,5 @@
-/* The Pareto front against its definition, orders and costs of known powers; verdicts of sweeps. */
+/* test_chart_front.c - the Pareto front, against its definition; orders of convergence and costs, against
+ * powers that are known; verdicts of sweeps. */
 #include <stdlib.h>
 #include <string.h>
 #include "app/study/study.h"
@@ -10,7 +11,7 @@ static bool usable(double a, double b) {
   return isfinite(a) && isfinite(b) && a > 0 && b > 0;
 }
 
-/* The definition, pair by pair. */
+/* The definition of a dominated point, pair by pair. */
 static bool dominated(int n, const double *cost, const double *error, int k) {
   for (int j = 0; j < n; ++j)
     if (usable(cost[j], error[j]) && cost[j] <= cost[k] && error[j] <= error[k] &&
@@ -19,7 +20,7 @@ static bool dominated(int n, const double *cost, const double *error, int k) {
   return false;
 }
 
-/* Few values, so that ties of every kind are there; some are no points. */
+/* Few different values, so that there are ties of all kinds; some points are not usable. */
 static void check_front(int n, unsigned seed) {
   double cost[MOST], error[MOST];
   bool on[MOST];
@@ -60,7 +61,7 @@ static void check_costs(void) {
   CHECK(isnan(kith_cost_at_error_of(3, resolution, cost, dips, 0.2).cost));
   p = kith_cost_at_error_of(3, resolution, cost, late, 0.2);
   CHECK(p.between && p.cost > 8 && p.cost < 64);
-  const double holes[] = {0.4, NAN, 0.1}; /* the line goes over the hole */
+  const double holes[] = {0.4, NAN, 0.1}; /* interpolated across the unusable point */
   p = kith_cost_at_error_of(3, resolution, cost, holes, 0.2);
   CHECK(p.between && fabs(p.cost - 8) < 1e-9);
 }

@@ -1,12 +1,12 @@
-/* Groups of rows: which combinations are run; in the shipped suite of ranks every two values of two factors
- * meet. */
+/* test_validate_rows.c - groups of rows of a validation suite: in the shipped suite of ranks, every two
+ * values of two factors occur in one run (a covering array), which is counted here. */
 #include <string.h>
 #include "app/study/validate_rows.h"
 #include "tests/check.h"
 
 enum { FACTORS = 5, MOST_ROWS = 400 };
 
-/* What a run has of each factor: the row it is compared with, ranks, threads, and settings. */
+/* The values of all factors in one run: the row it is compared with, ranks, threads, and settings. */
 struct combination {
   char value[FACTORS][KITH_JOB_LABEL];
 };
@@ -23,8 +23,8 @@ static void read_combination(const struct kith_row *row, struct combination *c) 
   }
 }
 
-/* Counted here: any value of f that occurs beside any value of g that occurs. Returns how many pairs there
- * are. */
+/* Any value of f that occurs must occur together with any value of g that occurs. Returns the number of
+ * pairs. */
 static int check_pairs(const struct combination *run, int n, int f, int g) {
   int pairs = 0;
   for (int a = 0; a < n; ++a)
