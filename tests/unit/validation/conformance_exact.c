@@ -1,8 +1,8 @@
-/* Every exact solution of the family: Euler's equations at random places and times, by differences (where
- * something diffuses test_exact.c has what holds instead); states that are gas of an ideal equation of
- * state, or vacuum; settings that are missing, out of range or do not fit refused by name; and settings
- * derived from the description of a scene. What only one member promises is in test_exact.c, test_riemann.c
- * and test_sedov.c. */
+/* conformance_exact.c - every exact solution: Euler's equations at random positions and times, by differences
+ * (for solutions with diffusion test_exact.c has their own laws); states that are gas of an ideal equation of
+ * state, or vacuum; settings that are missing, out of range or contradictory, refused by name; and settings
+ * derived from a scene. What single members promise is tested by test_exact.c, test_riemann.c and
+ * test_sedov.c. */
 #include "tests/unit/exact_settings.h"
 
 #include <stdlib.h>
@@ -20,12 +20,12 @@ static const struct exact_parameters sample = {.gamma = {1.4, 1.5},
                                                .wavelength = 0.8,
                                                .origin = 0.1};
 
-/* One member is for the gamma of its dimension; any other takes this. */
+/* kidder has the gamma of its dimension; all others take this one. */
 static double gamma_for(const struct kith_exact_ops *ops, double any) {
   return kith_params_find(ops->params, "focus_time") != NULL ? 1 + 2. / NDIM : any;
 }
-/* Its states are kept until then, from a reference and not to the last digit. */
-static bool kept(const struct kith_exact_ops *ops) {
+/* two-blasts stores states up to an end time, from a numerical reference. */
+static bool is_stored(const struct kith_exact_ops *ops) {
   return kith_params_find(ops->params, "end_time") != NULL;
 }
 
@@ -56,7 +56,7 @@ static double bound(const char *range, bool upper) {
   return strtod(upper ? strchr(range, ',') + 1 : range + 1, NULL);
 }
 
-/* Each number in turn: not set, infinite, below and above its range. */
+/* Sets each number in turn to NaN, to infinity, and to values below and above its range. */
 static void check_ranges(const struct kith_exact_ops *ops) {
   for (const struct kith_param *p = ops->params; p->key != NULL; ++p) {
     if (p->kind == KITH_PARAM_BOOL) continue;
@@ -74,7 +74,7 @@ static void check_ranges(const struct kith_exact_ops *ops) {
   }
 }
 
-/* Two regions of constant state that touch along x, one deposit in the lower corner, walls there. */
+/* Two regions of constant state that touch along x, a deposit in the lower corner, and walls there. */
 static struct kith_exact_scene scene_with(double gamma, const double *velocity) {
   struct kith_exact_scene s = {.until = 0.25, .n_regions = 2, .n_deposits = 1, .deposit_energy = 3};
   for (int a = 0; a < NDIM; ++a) {
@@ -90,7 +90,7 @@ static struct kith_exact_scene scene_with(double gamma, const double *velocity) 
   return s;
 }
 
-/* What a scene says is taken; what it does not say stays missing, and is refused by name. */
+/* Parameters that follow from a scene are set; those that do not stay missing, and are refused by name. */
 static void check_derived(const struct kith_exact_ops *ops) {
   const double velocity[] = {0.3, 0.4, 0};
   const double gamma = gamma_for(ops, 1.6);
@@ -101,7 +101,7 @@ static void check_derived(const struct kith_exact_ops *ops) {
   ops->derive(settings, &scene);
   double own[EXACT_NUMBERS];
   exact_fill(own, ops, &sample);
-  /* What waves, vortices and slabs cannot tell; in the order of tables. */
+  /* what waves, vortices and slabs cannot derive, in the order of their tables */
   const char *const given[] = {"density", "sound_speed",  "slope",     "velocity",  "pressure",
                                "energy",  "conductivity", "amplitude", "focus_time"};
   for (size_t k = 0; k < sizeof given / sizeof *given; ++k) {
@@ -118,14 +118,14 @@ static void check_derived(const struct kith_exact_ops *ops) {
     CHECK_OK(status);
   if (status == KITH_OK) kith_free(&self);
   CHECK(exact_parameters_of(ops, settings).gamma[0] == (ops->not_ideal ? 0 : gamma));
-  scene = scene_with(NAN, velocity); /* no ideal gas: nothing is made up */
+  scene = scene_with(NAN, velocity); /* not an ideal gas: nothing is derived */
   ops->derive(settings, &scene);
   if (!ops->not_ideal)
     CHECK(isnan(exact_parameters_of(ops, settings).gamma[0]) && refused(ops, settings, "gamma"));
   kith_free(&settings);
 }
 
-/* Against what the scene is. */
+/* Derived values, against those of the scene. */
 static void check_derived_values(void) {
   const double velocity[] = {0.3, 0.4, 0};
   struct kith_exact_scene scene = scene_with(1.6, velocity);
@@ -143,7 +143,7 @@ static void check_derived_values(void) {
     if (*all == &kith_exact_gresho || *all == &kith_exact_yee)
       CHECK(p.period[0] == 0 && p.period[NDIM - 1] == (NDIM > 1 ? 2 : 0));
     if (*all == &kith_exact_slabs) CHECK(p.interface_position == 0.2 && p.density[1] == 2);
-    if (kept(*all)) CHECK(p.end_time == 0.25);
+    if (is_stored(*all)) CHECK(p.end_time == 0.25);
     if (*all == &kith_exact_acoustic_wave || *all == &kith_exact_entropy_wave ||
         *all == &kith_exact_decaying_wave)
       CHECK(p.wavelength == 2);
@@ -165,9 +165,9 @@ static struct kith_exact_state at(const struct probe *p, const double *x, double
   return s;
 }
 
-/* Do rates of density, velocity and pressure by central differences over h fit Euler's equations, to a part
- * of their largest terms and to rounding? */
-static bool obeys_euler(const struct probe *p, double gamma, const double *x, double time, double h) {
+/* Do rates of density, velocity and pressure, by central differences over h, satisfy Euler's equations,
+ * within a fraction of the largest terms and rounding? */
+static bool satisfies_euler(const struct probe *p, double gamma, const double *x, double time, double h) {
   const struct kith_exact_state s = at(p, x, time), late = at(p, x, time + h), early = at(p, x, time - h);
   double rate[NDIM + 2], sum[NDIM + 2], size[NDIM + 2], divergence = 0, spread = 0;
   rate[0] = (late.density - early.density) / (2 * h), rate[1] = (late.pressure - early.pressure) / (2 * h);
@@ -211,7 +211,7 @@ static void check_states(const struct kith_exact_ops *ops) {
   probe.self = self;
   for (int k = 0; k < PLACES && self != NULL; ++k) {
     double x[NDIM];
-    const double time = kept(ops) ? 0.01 * check_random(&seed) : 0.05 + 0.2 * check_random(&seed);
+    const double time = is_stored(ops) ? 0.01 * check_random(&seed) : 0.05 + 0.2 * check_random(&seed);
     for (int a = 0; a < NDIM; ++a) x[a] = 0.02 + 0.9 * check_random(&seed);
     const struct kith_exact_state s = at(&probe, x, time);
     const double gamma = ops->star != NULL && x[0] > p.interface_position + ops->star(self).velocity * time
@@ -220,15 +220,15 @@ static void check_states(const struct kith_exact_ops *ops) {
     CHECK(isfinite(s.density) && isfinite(s.pressure) && isfinite(s.energy) && s.density >= 0);
     if (!ops->not_ideal)
       CHECK_CLOSE(s.density * s.energy * (gamma - 1), s.pressure, 1e-13 * (s.pressure + 1e-300));
-    /* Twice the same place, twice the same state. */
+    /* equal positions and times give equal states */
     const struct kith_exact_state again = at(&probe, x, time);
     CHECK(memcmp(&again, &s, sizeof s) == 0);
     ++tried;
-    smooth += ops->not_ideal || obeys_euler(&probe, gamma, x, time, 1e-5);
+    smooth += ops->not_ideal || satisfies_euler(&probe, gamma, x, time, 1e-5);
   }
-  /* But for the width of the differences around shocks, contacts and kinks. Kept states are a table. */
-  if (!kept(ops)) CHECK(smooth >= tried * 98 / 100);
-  if (smooth < tried * 98 / 100 && !kept(ops))
+  /* Except where differences straddle shocks, contacts and kinks. Stored states are not smooth. */
+  if (!is_stored(ops)) CHECK(smooth >= tried * 98 / 100);
+  if (smooth < tried * 98 / 100 && !is_stored(ops))
     fprintf(stderr, "%s: Euler's equations hold at %d of %d places\n", ops->name, smooth, tried);
   if (ops->shock != NULL) CHECK(isfinite(ops->shock(self, 0.1)));
   if (ops->radial) CHECK(kith_exact_center(ops, self)[0] == p.center[0]);

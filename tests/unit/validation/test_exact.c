@@ -1,5 +1,5 @@
-/* The family, and its members but riemann, against constants computed elsewhere, jump conditions and
- * conservation. */
+/* test_exact.c - exact solutions except riemann: against constants computed elsewhere, jump conditions,
+ * conservation (by quadrature), Euler's equations and equations of diffusion by differences. */
 #include "tests/unit/validation/exact_oracles.h"
 
 #include <gsl/gsl_integration.h>
@@ -72,19 +72,20 @@ static void test_sedov_table(void) {
     const parameters p = blast(gamma[g]);
     void *self = sedov_of(&p);
     const double r = kith_exact_sedov.shock(self, 1);
-    CHECK_CLOSE(r, radius[NDIM - 1][g], g == 0 ? 1e-5 : 1e-6); /* the digits given */
+    CHECK_CLOSE(r, radius[NDIM - 1][g], g == 0 ? 1e-5 : 1e-6); /* the digits that the table has */
     CHECK_CLOSE(pow(r, -(NDIM + 2)), alpha[NDIM - 1][g], 1e-6);
     CHECK_CLOSE(at(&kith_exact_sedov, self, r * (1 - 1e-12), 1).density, g == 0 ? 6 : 4, 1e-9);
     if (g == 1) {
       CHECK_CLOSE(kith_exact_sedov.shock(self, at8[NDIM - 1]), .8, 1e-6);
-      CHECK_CLOSE(kith_exact_sedov.shock(self, at4[NDIM - 1]), .4,
-                  1e-6 * 3); /* time has six decimals, R' is 2.3 */
+      /* the time has six decimals, and the shock speed is 2.3 */
+      CHECK_CLOSE(kith_exact_sedov.shock(self, at4[NDIM - 1]), .4, 3e-6);
     }
     kith_free(&self);
   }
 }
 
-/* The shock sweeps up what lay there, and the energy stays what it was; Euler's equations in between. */
+/* The mass behind the shock is what was there before, the energy is that of the blast, and Euler's equations
+ * hold. */
 static void test_sedov_laws(void) {
   static const double gamma[] = {1.01, 1.1, 1.4, 5. / 3, 2, 3, 6.9};
   for (size_t g = 0; g < sizeof gamma / sizeof gamma[0]; ++g) {
@@ -102,13 +103,13 @@ static void test_sedov_laws(void) {
     CHECK_CLOSE(behind(&kith_exact_sedov, self, time, MASS) / (2.5 * kith_ball() * kith_pow_dim(r)), 1, 1e-6);
     CHECK_CLOSE(behind(&kith_exact_sedov, self, time, ENERGY), 0.3, 0.3e-6);
     for (int i = 1; i < 20; ++i)
-      if (at(&kith_exact_sedov, self, r * i / 20, time).density > 1e-90) /* not floored */
+      if (at(&kith_exact_sedov, self, r * i / 20, time).density > 1e-90) /* not at the floor of densities */
         check_euler(&kith_exact_sedov, self, r * i / 20, time, r * i / 20, gamma[g], NDIM);
     kith_free(&self);
   }
 }
 
-/* Volume means in the ball r <= 0.45 at t = 0.05, as other codes were compared with. */
+/* Means by volume in the ball r <= 0.45 at t = 0.05, which were used in comparisons of codes. */
 static void test_sedov_means(void) {
   static const double gamma[] = {5. / 3, 1.4}, radius[] = {.3475, .3116}, speed[] = {.635, .466};
   static const double pressure[] = {1.253, .819};
@@ -118,7 +119,7 @@ static void test_sedov_means(void) {
     void *self = sedov_of(&p);
     const double r = kith_exact_sedov.shock(self, 0.05), window = kith_ball() * kith_pow_dim(0.45);
     const double outside = window - kith_ball() * kith_pow_dim(r);
-    CHECK_CLOSE(r, radius[g], 5e-5); /* half a unit of the last digit, here and below */
+    CHECK_CLOSE(r, radius[g], 5e-5); /* half a unit of the last digit, also below */
     CHECK_CLOSE((behind(&kith_exact_sedov, self, 0.05, MASS) + outside) / window, 1, 1e-6);
     CHECK_CLOSE(behind(&kith_exact_sedov, self, 0.05, SPEED) / window, speed[g], 5e-4);
     CHECK_CLOSE(behind(&kith_exact_sedov, self, 0.05, PRESSURE) / window, pressure[g], 5e-4);
@@ -132,18 +133,18 @@ static void test_sedov_places(void) {
   void *self = sedov_of(&p);
   CHECK(kith_exact_center(&kith_exact_sedov, self)[NDIM - 1] == 0.5 + (NDIM - 1));
   state s, t;
-  kith_exact_sedov.state(self, p.center, 1, &s); /* the very center */
+  kith_exact_sedov.state(self, p.center, 1, &s); /* the center itself */
   CHECK(isfinite(s.energy) && s.energy > 0 && s.density > 0 && s.pressure > 0 && kith_norm(s.velocity) == 0);
-  kith_exact_sedov.state(self, p.center, 0, &s); /* nothing has happened yet */
+  kith_exact_sedov.state(self, p.center, 0, &s); /* before the blast */
   CHECK(s.density == 1 && s.pressure == 1e-6);
-  double x[NDIM], y[NDIM]; /* on the diagonal, opposite points */
+  double x[NDIM], y[NDIM]; /* opposite points on the diagonal */
   for (int a = 0; a < NDIM; ++a) x[a] = p.center[a] + 0.3, y[a] = p.center[a] - 0.3;
   kith_exact_sedov.state(self, x, 1, &s);
   kith_exact_sedov.state(self, y, 1, &t);
   for (int a = 0; a < NDIM; ++a) CHECK(s.velocity[a] > 0 && fabs(s.velocity[a] + t.velocity[a]) < 1e-14);
   CHECK_CLOSE(s.density, t.density, 1e-13);
   kith_free(&self);
-  p.gamma[0] = 1.001; /* density underflows at the center: still finite */
+  p.gamma[0] = 1.001; /* density underflows at the center, but stays finite */
   self = sedov_of(&p);
   kith_exact_sedov.state(self, p.center, 1, &s);
   CHECK(isfinite(s.energy) && isfinite(s.energy * s.energy) && s.pressure > 0);
@@ -183,7 +184,8 @@ static struct kith_exact_state at_angle(const void *self, const double *center, 
   return s;
 }
 
-/* The published profile by hand, in any direction and at any height of a column; and what holds it. */
+/* The published profile, in any direction and at any height of a column; and the balance of pressure and
+ * rotation. */
 static void test_gresho_profile(void) {
   static const double radius[] = {0, 0.1, 0.2, 0.3, 0.4, 0.6}, speed[] = {0, 0.5, 1, 0.5, 0, 0};
   const double pressure[] = {5, 5.125, 5.5, 4.125 + 4 * log(1.5), 5.7725887222397812, 5.7725887222397812};
@@ -197,16 +199,16 @@ static void test_gresho_profile(void) {
     for (int turn = 0; turn < 7; ++turn) {
       const state s = at_angle(self, p.center, radius[k], 0.9 * turn, 2.5 * turn);
       const double c = cos(0.9 * turn), d = sin(0.9 * turn), v[3] = {s.velocity[0], s.velocity[NDIM > 1], 0};
-      CHECK_CLOSE(-v[0] * d + v[1] * c, speed[k],
-                  1e-14); /* a few roundings of numbers of order 1, here and below */
+      /* tolerance: a few roundings of numbers of order 1, also below */
+      CHECK_CLOSE(-v[0] * d + v[1] * c, speed[k], 1e-14);
       CHECK_CLOSE(v[0] * c + v[1] * d, 0, 1e-14);
       CHECK(NDIM < 3 || s.velocity[NDIM - 1] == 0);
       CHECK_CLOSE(s.pressure, pressure[k], 1e-14 * 6);
       CHECK(s.density == 1);
       CHECK_CLOSE(s.energy, 1.5 * pressure[k], 1e-14 * 9);
     }
-  /* dP/dr = rho v^2 / r by differences, away from the kinks; the truncation is d^2 P''' / 6 with P''' = 8 /
-   * r^3, round-off some 1e-15 P / d. */
+  /* dP/dr = rho v^2 / r by differences, away from kinks; truncation is d^2 P''' / 6 with P''' = 8 / r^3,
+   * round-off about 1e-15 P / d. */
   for (int k = 1; k < 50; ++k) {
     const double r = 0.01 * k + 0.005, d = 1e-5;
     const state s = at_angle(self, p.center, r, 0.3, 0), e = at_angle(self, p.center, r + d, 0.3, 0),
@@ -218,7 +220,8 @@ static void test_gresho_profile(void) {
   kith_free(&self);
 }
 
-/* Twice as dense: twice the pressure differences. Carried along, out of one face and in at the other. */
+/* Twice the density has twice the pressure differences. A vortex that is carried leaves at one face and
+ * enters at the other. */
 static void test_gresho_carried(void) {
   parameters still = {.gamma = {1.4}, .density = {2}, .pressure = {3}}, moving = still;
   void *a = NULL, *b = NULL;
@@ -238,7 +241,7 @@ static void test_gresho_carried(void) {
     }
     kith_exact_gresho.state(a, x, 0, &s);
     kith_exact_gresho.state(b, y, time, &t);
-    /* The place is off by the rounding of some 60 lengths; slopes are up to 5. */
+    /* the position is rounded to about 60 lengths; slopes are up to 5 */
     for (int c = 0; c < NDIM; ++c)
       CHECK_CLOSE(t.velocity[c], s.velocity[c] + moving.uniform_velocity[c], 1e-12);
     CHECK_CLOSE(t.pressure, s.pressure, 1e-12);
@@ -254,8 +257,8 @@ static void test_gresho_refuses(void) {
   CHECK(self == NULL && strstr(kith_failure(), "gresho: a vortex needs 2 or 3 dimensions") != NULL);
 }
 
-/* Place and speed: along axis 0, outwards, around. */
-static void test_lines(void) {
+/* Position and speed that are compared: along axis 0, outwards, around the axis. */
+static void test_places_and_speeds(void) {
   const double center[3] = {1, 2, 3}, x[3] = {4, 6, 15}, v[3] = {2, -1, 0.5};
   const double radial[] = {3, 5, 13}, outwards[] = {2, 0.4, 8. / 13};
   CHECK(kith_exact_place(&kith_exact_riemann, NULL, x) == 4 &&
@@ -264,14 +267,14 @@ static void test_lines(void) {
   CHECK_CLOSE(kith_exact_speed(&kith_exact_noh, center, x, v), outwards[NDIM - 1], 1e-14);
   CHECK(kith_exact_speed(&kith_exact_noh, center, center, v) == 0);
   if (NDIM == 1) return;
-  CHECK_CLOSE(kith_exact_place(&kith_exact_gresho, center, x), 5, 1e-14); /* whatever the height */
+  CHECK_CLOSE(kith_exact_place(&kith_exact_gresho, center, x), 5, 1e-14); /* at any height */
   CHECK_CLOSE(kith_exact_speed(&kith_exact_gresho, center, x, v), (3 * -1 - 4 * 2) / 5., 1e-14);
   CHECK(kith_exact_speed(&kith_exact_gresho, center, center, v) == 0);
 }
 
 /* ---- smooth solutions ---- */
 
-/* The residual of Euler's equations falls as the square of the amplitude. */
+/* The residuals of Euler's equations are of the order of the amplitude squared. */
 static void test_acoustic_wave(void) {
   const struct kith_exact_ops *const ops = kith_exact_find("acoustic_wave");
   CHECK(ops == &kith_exact_acoustic_wave && ops->shock == NULL);
@@ -295,8 +298,7 @@ static void test_acoustic_wave(void) {
     const state s = at(ops, self, x, 1), e = at(ops, self, x + d, 1), w = at(ops, self, x - d, 1);
     const state n = at(ops, self, x, 1 + d), q = at(ops, self, x, 1 - d);
     const double u = s.velocity[0], ux = (e.velocity[0] - w.velocity[0]) / (2 * d);
-    /* Terms are 1e-6 (2 pi / 0.5) of their unit: A^2, differences (d k)^2 / 6 and round-off / d come to
-     * 1e-11. */
+    /* Terms are of order 1e-6 (2 pi / 0.5). A^2, differences (d k)^2 / 6 and round-off / d sum to 1e-11. */
     CHECK_CLOSE((n.density - q.density + u * (e.density - w.density)) / (2 * d) + s.density * ux, 0, 2e-10);
     CHECK_CLOSE(
         (n.velocity[0] - q.velocity[0]) / (2 * d) + u * ux + (e.pressure - w.pressure) / (2 * d * s.density),
@@ -321,7 +323,7 @@ static void test_uniform(void) {
 
 /* ---- the family ---- */
 
-static parameters fine(void) {
+static parameters valid_parameters(void) {
   return (parameters){.gamma = {1.4, 1.4},
                       .density = {1, 1},
                       .velocity = {1, 0},
@@ -331,7 +333,7 @@ static parameters fine(void) {
                       .wavelength = 1};
 }
 
-/* Refused, and the message has the member's, the parameter's name and the value. */
+/* Refused, with a message that names the solution, the parameter and its value. */
 static void check_refused(const struct kith_exact_ops *ops, parameters p, const char *name,
                           const char *value) {
   void *self = NULL;
@@ -341,17 +343,17 @@ static void check_refused(const struct kith_exact_ops *ops, parameters p, const 
   CHECK(strstr(kith_failure(), value) != NULL && strstr(kith_failure(), "must be") != NULL);
 }
 
-/* Values that do not fit together; each by itself is tested for every member in conformance_exact.c. */
+/* Values that do not fit together; single values are tested for all solutions by conformance_exact.c. */
 static void test_refusals(void) {
-  parameters p = fine();
+  parameters p = valid_parameters();
   p.amplitude = 0.8, check_refused(&kith_exact_acoustic_wave, p, "amplitude", "0.8");
-  p = fine(), p.density[1] = 0, check_refused(&kith_exact_riemann, p, "pressure[1]", "is 1,");
-  p = fine(), p.density[0] = p.density[1] = p.pressure[0] = p.pressure[1] = 0;
+  p = valid_parameters(), p.density[1] = 0, check_refused(&kith_exact_riemann, p, "pressure[1]", "is 1,");
+  p = valid_parameters(), p.density[0] = p.density[1] = p.pressure[0] = p.pressure[1] = 0;
   check_refused(&kith_exact_riemann, p, "density[1]", "is 0,");
-  p = fine(), p.omega = NDIM, check_refused(&kith_exact_sedov, p, "omega", "must be");
+  p = valid_parameters(), p.omega = NDIM, check_refused(&kith_exact_sedov, p, "omega", "must be");
 }
 
-/* ---- carried along: density waves, squares, vortices ---- */
+/* ---- solutions that are carried: density waves, squares, vortices ---- */
 
 static void test_carried(void) {
   parameters p = {.gamma = {1.4},
@@ -364,9 +366,9 @@ static void test_carried(void) {
     p.uniform_velocity[a] = 0.5, p.side[a] = 0.5, p.center[a] = 0.5, p.period[a] = 1;
   void *wave = NULL, *square = NULL;
   CHECK_OK(exact_create(&wave, &kith_exact_entropy_wave, &p));
-  CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 0.75, 0).density, 3,
-              1e-14); /* a quarter of a wave from the origin */
-  CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 0.75, 4).density, 3, 1e-14); /* carried by one wave */
+  /* a quarter of a wave from the origin */
+  CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 0.75, 0).density, 3, 1e-14);
+  CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 0.75, 4).density, 3, 1e-14); /* carried by one wavelength */
   CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 1.0, 0.5).density, 3, 1e-14);
   CHECK_CLOSE(at(&kith_exact_entropy_wave, wave, 1.75, 0).density, 1, 1e-14);
   for (int i = 1; i < 20; ++i) check_euler(&kith_exact_entropy_wave, wave, 0.1 * i, 0.3, 0.2, 1.4, 1);
@@ -378,20 +380,20 @@ static void test_carried(void) {
   kith_exact_square.state(square, x, 0, &s);
   CHECK(s.density == 2 && s.pressure == 2.5 && s.velocity[NDIM - 1] == 0.5 &&
         s.energy == 2.5 / 2 / (1.4 - 1));
-  kith_exact_square.state(square, x, 0.04, &s); /* its edge is at 0.27 by now */
+  kith_exact_square.state(square, x, 0.04, &s); /* its edge is at 0.27 now */
   CHECK(s.density == 1);
-  kith_exact_square.state(square, x, 2, &s); /* home again */
+  kith_exact_square.state(square, x, 2, &s); /* back at its start */
   CHECK(s.density == 2);
   x[NDIM - 1] = 0.24;
   kith_exact_square.state(square, x, 0, &s);
   CHECK(s.density == 1);
   x[NDIM - 1] = 2.74;
   kith_exact_square.state(square, x, 0, &s);
-  CHECK(s.density == 2); /* a period is 1 */
+  CHECK(s.density == 2); /* the period is 1 */
   kith_free(&square);
 }
 
-/* Pressure holds the gas on its circles, and its entropy is one; far away nothing turns. */
+/* Pressure balances rotation, the entropy is uniform, and far away gas is at rest. */
 static void test_yee(void) {
   parameters p = {.gamma = {1.4}, .amplitude = 5};
   void *self = NULL;
@@ -415,11 +417,11 @@ static void test_yee(void) {
   CHECK_CLOSE(far.density, 1, 1e-15);
   CHECK_CLOSE(far.velocity[NDIM > 1], 0, 1e-15);
   kith_free(&self);
-  p.amplitude = 20; /* colder than 0 at the center */
+  p.amplitude = 20; /* negative temperature at the center */
   CHECK_STATUS(KITH_BAD_INPUT, exact_create(&self, &kith_exact_yee, &p));
 }
 
-/* ---- the two blasts: what the table makes of the flow that test_two_blasts.c looks at ---- */
+/* ---- the two blasts: a table of a numerical reference ---- */
 
 static void test_two_blasts(void) {
   const struct kith_exact_ops *ops = &kith_exact_two_blasts;
@@ -429,11 +431,11 @@ static void test_two_blasts(void) {
   CHECK_OK(exact_create(&self, ops, &p));
   CHECK(at(ops, self, 0.05, 0).pressure == 1000 && at(ops, self, 0.5, 0).pressure == 0.01);
   CHECK(at(ops, self, 0.95, 0).pressure == 100 && at(ops, self, 0.95, 0).density == 1);
-  /* Until they meet or come back from the walls, the left one is a Riemann problem. */
+  /* Until the waves meet or return from the walls, the left one is a Riemann problem. */
   const parameters tube = {
       .gamma = {1.4, 1.4}, .density = {1, 1}, .pressure = {1000, .01}, .interface_position = .1};
   CHECK_OK(exact_create(&left, &kith_exact_riemann, &tube));
-  for (int i = 0; i <= 20; ++i) { /* the shell between contact and shock, but for a cell or two at both */
+  for (int i = 0; i <= 20; ++i) { /* between contact and shock, except a cell or two at both */
     const double contact = 0.1 + 19.5975 * 0.005, shock = 0.1 + 23.5175 * 0.005;
     const double x = contact + 0.004 + (shock - contact - 0.008) * i / 20;
     const state s = at(ops, self, x, 0.005), e = at(&kith_exact_riemann, left, x, 0.005);
@@ -443,7 +445,7 @@ static void test_two_blasts(void) {
     CHECK(at(ops, self, shock + 0.005 + 0.01 * i, 0.005).pressure == 0.01); /* undisturbed */
   }
   kith_free(&left);
-  /* Between two kept times, and beyond the last. */
+  /* between two stored times, and after the last */
   const state late = at(ops, self, 0.3, 1), last = at(ops, self, 0.3, 0.01);
   CHECK(late.density == last.density && late.pressure == last.pressure);
   CHECK(at(ops, self, -1, 0.01).density > 0 && at(ops, self, 2, 0.005).density > 0);
@@ -451,7 +453,7 @@ static void test_two_blasts(void) {
   p.end_time = -1, check_refused(ops, p, "end_time", "-1");
 }
 
-/* ---- what diffuses ---- */
+/* ---- diffusion ---- */
 
 static double energy_at(const struct kith_exact_ops *ops, const void *self, double x, double time) {
   return at(ops, self, x, time).energy;
@@ -460,9 +462,10 @@ static double transverse_at(const struct kith_exact_ops *ops, const void *self, 
   return at(ops, self, x, time).velocity[NDIM > 1];
 }
 
-/* dA/dt = diffusivity d^2A/dx^2, by differences: truncation 1e-6, round-off 1e-14 / h^2 = 1e-6. */
-static void check_diffuses(double (*value)(const struct kith_exact_ops *, const void *, double, double),
-                           const struct kith_exact_ops *ops, const void *self, double diffusivity) {
+/* dA/dt = diffusivity d^2A/dx^2 by differences: truncation 1e-6, round-off 1e-14 / h^2 = 1e-6. */
+static void check_diffusion_equation(double (*value)(const struct kith_exact_ops *, const void *, double,
+                                                     double),
+                                     const struct kith_exact_ops *ops, const void *self, double diffusivity) {
   const double h = 1e-4, t = 0.3;
   for (double x = -0.91; x < 1; x += 0.17) {
     const double here = value(ops, self, x, t);
@@ -481,17 +484,17 @@ static void test_decaying_wave(void) {
   CHECK_OK(kith_exact_create(&wave, ops, settings));
   CHECK_CLOSE(energy_at(ops, wave, 1, 0), 3.5, 1e-15);
   CHECK_CLOSE(at(ops, wave, 1, 7).density, 2, 0);
-  check_diffuses(energy_at, ops, wave, 0.2);
-  if (NDIM > 1) check_diffuses(transverse_at, ops, wave, 0.1);
+  check_diffusion_equation(energy_at, ops, wave, 0.2);
+  if (NDIM > 1) check_diffusion_equation(transverse_at, ops, wave, 0.1);
   if (NDIM > 1) CHECK_CLOSE(transverse_at(ops, wave, 1, 0), 0.4, 1e-15);
   kith_free(&wave);
   kith_free(&settings);
 }
 
-/* Each side for itself, and at the contact one temperature and one flow of heat; no heat is lost. */
+/* At the contact temperature and heat flux are continuous, and no heat is lost. */
 static void test_slabs(void) {
   const struct kith_exact_ops *ops = &kith_exact_slabs;
-  const double d = 1e-5, heat[2] = {0.5 * 2, 4 * 0.25}; /* density c_v */
+  const double d = 1e-5, heat[2] = {0.5 * 2, 4 * 0.25}; /* density times c_v */
   const double conductivity[2] = {0.3, 0.02};
   void *settings, *slabs;
   CHECK_OK(kith_settings_create(&settings, kith_family_member(kith_exact_member, ops->name),
@@ -511,7 +514,7 @@ static void test_slabs(void) {
     const double c = side ? 0.25 : 2, now = energy_at(ops, slabs, x, 0.3), then = energy_at(ops, slabs, x, 0);
     lost += heat[side] / c * (now - then) * 0.001;
   }
-  CHECK_CLOSE(lost, 0, 1e-5); /* the middles of cells, one of which has the corner */
+  CHECK_CLOSE(lost, 0, 1e-5); /* a sum over the middles of cells, one of which has the jump */
   CHECK(at(ops, slabs, 0.5, 1).density == 4);
   kith_free(&slabs);
   kith_free(&settings);
@@ -529,7 +532,7 @@ int main(void) {
   } else {
     test_gresho_refuses();
   }
-  test_lines();
+  test_places_and_speeds();
   test_acoustic_wave();
   test_uniform();
   test_carried();

@@ -1,4 +1,4 @@
-/* Measures of flows that are known. */
+/* test_measure.c - measures of flows whose values are known: modes of given amplitude, lattices, shells. */
 #include <string.h>
 #include "tests/check.h"
 #include "validation/measure.h"
@@ -11,7 +11,7 @@ struct cloud {
   struct kith_measured m;
 };
 
-/* A lattice of cubes in a unit box, away from the origin; masses differ, volumes do not. */
+/* A cubic lattice in a unit box, away from the origin; masses differ, volumes do not. */
 static void lattice(struct cloud *c) {
   memset(c, 0, sizeof *c);
   const int n = NDIM == 1 ? SIDE : NDIM == 2 ? SIDE * SIDE : SIDE * SIDE * SIDE;
@@ -27,13 +27,13 @@ static void lattice(struct cloud *c) {
   }
 }
 
-static double taken(const struct cloud *c, enum kith_measure which) {
+static double measure(const struct cloud *c, enum kith_measure which) {
   double value = -7;
   value = kith_measure_take(which, &c->m);
   return value;
 }
 
-/* Modes that have decayed with nu = 0.01, and noise along x that is in no mode. */
+/* Modes that have decayed with nu = 0.01, and motion along x that belongs to no mode. */
 static void viscosities(struct cloud *c) {
   const double k = 2 * M_PI, nu = 0.01, time = 2;
   for (int vortex = 0; vortex < 2; ++vortex) {
@@ -47,60 +47,60 @@ static void viscosities(struct cloud *c) {
       v[NDIM > 1] = vortex ? -a * cos(x) * sin(y) : a * sin(x);
       mass += c->mass[i];
     }
-    c->m.kinetic_start = mass / 4; /* of amplitude 1 */
+    c->m.kinetic_start = mass / 4; /* at amplitude 1 */
     const enum kith_measure which = vortex ? KITH_MEASURE_vortex_viscosity : KITH_MEASURE_shear_viscosity;
     if (NDIM == 1)
-      CHECK(isnan(taken(c, which)));
+      CHECK(isnan(measure(c, which)));
     else
-      CHECK_CLOSE(taken(c, which), nu, 1e-14);
+      CHECK_CLOSE(measure(c, which), nu, 1e-14);
   }
 }
 
-/* v_y = A sin(4 pi x + phase) everywhere: whatever the weights are, the amplitude is A. */
+/* v_y = A sin(4 pi x + phase) everywhere has amplitude A, whatever the weights. */
 static void mcnally(struct cloud *c) {
   lattice(c);
   for (kith_index i = 0; i < c->view.n; ++i)
     c->velocity[i * NDIM + (NDIM > 1)] = 0.17 * sin(4 * M_PI * c->position[i * NDIM] + 0.4);
-  if (NDIM == 1) CHECK(isnan(taken(c, KITH_MEASURE_mcnally)));
+  if (NDIM == 1) CHECK(isnan(measure(c, KITH_MEASURE_mcnally)));
   if (NDIM == 1) return;
-  CHECK_CLOSE(taken(c, KITH_MEASURE_mcnally), 0.17, 1e-13);
-  /* What moves between the layers weighs less: only there, it counts e^-pi / (e^-pi + ...) of all. */
+  CHECK_CLOSE(measure(c, KITH_MEASURE_mcnally), 0.17, 1e-13);
+  /* Without motion between the layers, what is left is weighted by the integral of the weight. */
   for (kith_index i = 0; i < c->view.n; ++i)
     if (fabs(fabs(c->position[i * NDIM + 1] - 4.5) - 0.25) > 0.125) c->velocity[i * NDIM + 1] = 0;
-  const double kept =
-      (1 - exp(-M_PI / 2)) / (1 - exp(-M_PI)); /* integrals of the weight, up to the rows of nodes */
-  CHECK_CLOSE(taken(c, KITH_MEASURE_mcnally), 0.17 * kept, NDIM == 2 ? 0.001 : 0.003);
+  /* integrals of the weight, up to the rows of nodes */
+  const double kept = (1 - exp(-M_PI / 2)) / (1 - exp(-M_PI));
+  CHECK_CLOSE(measure(c, KITH_MEASURE_mcnally), 0.17 * kept, NDIM == 2 ? 0.001 : 0.003);
 }
 
 static void separation(struct cloud *c) {
   lattice(c);
-  CHECK_CLOSE(taken(c, KITH_MEASURE_separation), 1, 1e-12);
-  c->position[5 * NDIM] = c->position[6 * NDIM] - 0.1 / SIDE; /* two near each other, side by side along x */
-  CHECK_CLOSE(taken(c, KITH_MEASURE_separation), 0.1, 1e-11);
-  c->mass[6] *= kith_pow_dim(2); /* twice the spacing: the mean is 1.5 */
-  CHECK_CLOSE(taken(c, KITH_MEASURE_separation), 0.1 / 1.5, 1e-11);
+  CHECK_CLOSE(measure(c, KITH_MEASURE_separation), 1, 1e-12);
+  c->position[5 * NDIM] = c->position[6 * NDIM] - 0.1 / SIDE; /* two close together along x */
+  CHECK_CLOSE(measure(c, KITH_MEASURE_separation), 0.1, 1e-11);
+  c->mass[6] *= kith_pow_dim(2); /* twice the spacing, so the mean is 1.5 */
+  CHECK_CLOSE(measure(c, KITH_MEASURE_separation), 0.1 / 1.5, 1e-11);
   lattice(c);
   memcpy(&c->position[7 * NDIM], &c->position[20 * NDIM], NDIM * sizeof(double)); /* at one place */
-  CHECK(taken(c, KITH_MEASURE_separation) == 0);
+  CHECK(measure(c, KITH_MEASURE_separation) == 0);
   c->view.n = 1;
-  CHECK(isnan(taken(c, KITH_MEASURE_separation)));
+  CHECK(isnan(measure(c, KITH_MEASURE_separation)));
   c->view.n = 0;
-  CHECK(isnan(taken(c, KITH_MEASURE_separation)));
+  CHECK(isnan(measure(c, KITH_MEASURE_separation)));
 }
 
-/* A lattice is its own image in the diagonal, until a node off the diagonal moves. */
+/* A lattice is its own mirror image in the diagonal, until one node moves. */
 static void asymmetry(struct cloud *c) {
   lattice(c);
-  if (NDIM == 1) CHECK(isnan(taken(c, KITH_MEASURE_asymmetry)));
+  if (NDIM == 1) CHECK(isnan(measure(c, KITH_MEASURE_asymmetry)));
   if (NDIM == 1) return;
-  CHECK_CLOSE(taken(c, KITH_MEASURE_asymmetry), 0, 1e-12);
+  CHECK_CLOSE(measure(c, KITH_MEASURE_asymmetry), 0, 1e-12);
   c->position[3 * NDIM] += 0.2 / SIDE;
-  CHECK_CLOSE(taken(c, KITH_MEASURE_asymmetry), 0.2, 1e-11);
-  c->position[3 * SIDE * NDIM + 1] += 0.2 / SIDE; /* its image too */
-  CHECK_CLOSE(taken(c, KITH_MEASURE_asymmetry), 0, 1e-11);
+  CHECK_CLOSE(measure(c, KITH_MEASURE_asymmetry), 0.2, 1e-11);
+  c->position[3 * SIDE * NDIM + 1] += 0.2 / SIDE; /* its image, too */
+  CHECK_CLOSE(measure(c, KITH_MEASURE_asymmetry), 0, 1e-11);
 }
 
-/* A mode that has grown by cosh(sigma t), whatever else moves along y with another wave. */
+/* A mode that has grown by cosh(sigma t), beside other motion along y. */
 static void growth(struct cloud *c) {
   double start[KITH_N_MEASURES] = {0};
   lattice(c);
@@ -109,23 +109,24 @@ static void growth(struct cloud *c) {
       c->velocity[i * NDIM + (NDIM > 1)] =
           (grown ? cosh(0.7 * 2) : 1) * 0.02 * cos(2 * M_PI * c->position[i * NDIM]) +
           0.3 * sin(4 * M_PI * c->position[i * NDIM]) + 0.1;
-    if (!grown) start[KITH_MEASURE_growth] = taken(c, KITH_MEASURE_growth);
+    if (!grown) start[KITH_MEASURE_growth] = measure(c, KITH_MEASURE_growth);
   }
   c->m.start = start;
-  if (NDIM == 1) CHECK(isnan(taken(c, KITH_MEASURE_growth)));
+  if (NDIM == 1) CHECK(isnan(measure(c, KITH_MEASURE_growth)));
   if (NDIM == 1) return;
   CHECK_CLOSE(start[KITH_MEASURE_growth], 0.02, 1e-14);
-  CHECK_CLOSE(taken(c, KITH_MEASURE_growth), 0.7, 1e-12);
+  CHECK_CLOSE(measure(c, KITH_MEASURE_growth), 0.7, 1e-12);
   for (kith_index i = 0; i < c->view.n; ++i) {
     const double *x = c->position + (size_t)i * NDIM;
     c->velocity[i * NDIM + 1] = 0.02 * sin(2 * M_PI * x[0] + 0.3) * exp(-2 * M_PI * fabs(x[1] - 4.5));
   }
-  CHECK_CLOSE(taken(c, KITH_MEASURE_ripple), 0.02, 1e-14);
+  CHECK_CLOSE(measure(c, KITH_MEASURE_ripple), 0.02, 1e-14);
   start[KITH_MEASURE_growth] *= 3; /* it has shrunk */
-  CHECK(isnan(taken(c, KITH_MEASURE_growth)));
+  CHECK(isnan(measure(c, KITH_MEASURE_growth)));
 }
 
-/* Two shells of masses 1 and 3 at radii 1 and 2: deviation 3^(1/2) / 4. Twice as far apart, twice as wide. */
+/* Two shells of masses 1 and 3 at radii 1 and 2 have the deviation 3^(1/2) / 4; twice as far apart, twice
+ * that. */
 static void spread(struct cloud *c) {
   double start[KITH_N_MEASURES] = {0};
   lattice(c);
@@ -135,11 +136,11 @@ static void spread(struct cloud *c) {
       c->m.center[a] = 5, c->position[a] = 5 + (a == 0),
       c->position[NDIM + a] = 5 - (far + 2) * (a == NDIM - 1);
     c->mass[0] = 1, c->mass[1] = 3;
-    if (!far) start[KITH_MEASURE_spread] = taken(c, KITH_MEASURE_spread);
+    if (!far) start[KITH_MEASURE_spread] = measure(c, KITH_MEASURE_spread);
   }
   CHECK_CLOSE(start[KITH_MEASURE_spread], sqrt(3) / 4, 1e-15);
   c->m.start = start;
-  CHECK_CLOSE(taken(c, KITH_MEASURE_spread), 2, 1e-15);
+  CHECK_CLOSE(measure(c, KITH_MEASURE_spread), 2, 1e-15);
 }
 
 int main(void) {

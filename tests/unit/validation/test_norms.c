@@ -1,5 +1,5 @@
-/* Norms against sums done by hand and in long double; the measured shock against profiles smeared on
- * purpose. */
+/* test_norms.c - error norms, against sums by hand and in long double; and the measured shock, against exact
+ * profiles that are smeared by a known width. */
 #include "tests/check.h"
 #include "validation/norms.h"
 #include "tests/unit/exact_settings.h"
@@ -31,7 +31,7 @@ static void cloud_clear(struct cloud *c) {
   for (size_t i = 0; i < sizeof field / sizeof field[0]; ++i) kith_free(field[i]);
 }
 
-/* Node i takes the exact state where it stands; its volume is given. */
+/* Node i gets the exact state at its position; its volume is given. */
 static void set_exact(struct cloud *c, kith_index i, const struct kith_exact_ops *ops, const void *self,
                       double time, double volume) {
   struct kith_exact_state s;
@@ -41,27 +41,27 @@ static void set_exact(struct cloud *c, kith_index i, const struct kith_exact_ops
   c->mass[i] = s.density * volume;
 }
 
-static struct kith_norms measured(const struct cloud *c, const struct kith_exact_ops *ops, const void *self,
-                                  double time, struct kith_window window) {
+static struct kith_norms measure(const struct cloud *c, const struct kith_exact_ops *ops, const void *self,
+                                 double time, struct kith_window window) {
   struct kith_norms norms = {0};
   CHECK_OK(kith_norms_measure(&norms, ops, self, time, &window, &c->view));
   return norms;
 }
 
-static void *solution(const struct kith_exact_ops *ops, struct exact_parameters p) {
+static void *create_solution(const struct kith_exact_ops *ops, struct exact_parameters p) {
   void *self = NULL;
   CHECK_OK(exact_create(&self, ops, &p));
   return self;
 }
 
-static void *still(void) {
-  return solution(&kith_exact_uniform,
-                  (struct exact_parameters){.gamma = {2}, .density = {1}, .pressure = {1}});
+static void *gas_at_rest(void) {
+  return create_solution(&kith_exact_uniform,
+                         (struct exact_parameters){.gamma = {2}, .density = {1}, .pressure = {1}});
 }
 
 static const struct kith_window all = {{-INFINITY, INFINITY}, {0, INFINITY}};
 
-/* Three nodes of volumes 1, 3 and 4; energy of the solution is 1. */
+/* Three nodes of volumes 1, 3 and 4; the energy of the solution is 1. */
 static void test_by_hand(void) {
   struct cloud c;
   cloud_init(&c, 3);
@@ -72,8 +72,8 @@ static void test_by_hand(void) {
     c.pressure[i] = pressure[i], c.energy[i] = energy[i];
   }
   for (int a = 0; a < NDIM; ++a) c.velocity[2 * NDIM + a] = 2; /* length 2 sqrt(NDIM) */
-  void *self = still();
-  struct kith_norms n = measured(&c, &kith_exact_uniform, self, 0, all);
+  void *self = gas_at_rest();
+  struct kith_norms n = measure(&c, &kith_exact_uniform, self, 0, all);
   CHECK(n.nodes == 3 && n.contact_pressure_error == 0 && n.shock_radius == 0 && n.shock_exact == 0 &&
         n.density_peak == 2);
   CHECK_CLOSE(n.density.l1, (3 * 1 + 4 * 0.5) / 8, 1e-15);
@@ -86,23 +86,23 @@ static void test_by_hand(void) {
   CHECK_CLOSE(n.pressure.l1, (3 * 1 + 4 * 2) / 8., 1e-15);
   CHECK_CLOSE(n.pressure.linf, 2, 0);
   CHECK_CLOSE(n.energy.l2, sqrt(4 * 0.25 / 8), 1e-15);
-  /* Windows take their own edges: node 1 stands on both. */
+  /* Windows include their edges: node 1 is on both. */
   struct kith_window w = {{1, 1}, {0, INFINITY}};
-  n = measured(&c, &kith_exact_uniform, self, 0, w);
+  n = measure(&c, &kith_exact_uniform, self, 0, w);
   CHECK(n.nodes == 1 && n.density.l1 == 1 && n.pressure.l1 == 1 && n.density_peak == 2);
   w = (struct kith_window){{-INFINITY, INFINITY}, {1.5, 2.5}};
-  CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == 1);
-  c.position[2 * NDIM + NDIM - 1] += 1; /* the distance feels the last axis */
-  CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == (NDIM == 1 ? 0 : 1));
+  CHECK(measure(&c, &kith_exact_uniform, self, 0, w).nodes == 1);
+  c.position[2 * NDIM + NDIM - 1] += 1; /* the distance depends on the last axis */
+  CHECK(measure(&c, &kith_exact_uniform, self, 0, w).nodes == (NDIM == 1 ? 0 : 1));
   w.r[0] = 2.1;
-  CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == (NDIM == 1 ? 0 : 1));
-  w.x[1] = 1.5; /* both must hold */
-  CHECK(measured(&c, &kith_exact_uniform, self, 0, w).nodes == 0);
-  n = measured(&c, &kith_exact_uniform, self, 0, (struct kith_window){{-INFINITY, INFINITY}, {5, 6}});
+  CHECK(measure(&c, &kith_exact_uniform, self, 0, w).nodes == (NDIM == 1 ? 0 : 1));
+  w.x[1] = 1.5; /* both conditions must hold */
+  CHECK(measure(&c, &kith_exact_uniform, self, 0, w).nodes == 0);
+  n = measure(&c, &kith_exact_uniform, self, 0, (struct kith_window){{-INFINITY, INFINITY}, {5, 6}});
   CHECK(n.nodes == 0 && isnan(n.density.l1) && isnan(n.density.l2) && isnan(n.density.linf) &&
         n.density_peak == 0);
   c.view.n = 0;
-  CHECK(measured(&c, &kith_exact_uniform, self, 0, all).nodes == 0);
+  CHECK(measure(&c, &kith_exact_uniform, self, 0, all).nodes == 0);
   kith_free(&self);
   cloud_clear(&c);
 }
@@ -110,7 +110,7 @@ static void test_by_hand(void) {
 static void test_refusals(void) {
   struct cloud c;
   cloud_init(&c, 5);
-  void *self = still();
+  void *self = gas_at_rest();
   struct kith_norms n = {.nodes = 77};
   double *const field[] = {c.position, c.velocity, c.mass, c.density, c.pressure, c.energy};
   const double bad[] = {NAN, INFINITY, 0, -1, NAN, NAN};
@@ -125,13 +125,13 @@ static void test_refusals(void) {
   cloud_clear(&c);
 }
 
-static bool same_bits(const struct kith_norms *a, const struct kith_norms *b) {
+static bool identical(const struct kith_norms *a, const struct kith_norms *b) {
   return memcmp(&a->density, &b->density, 5 * sizeof(struct kith_norm)) == 0;
 }
 
-/* Blocks and their remainder; any number of threads gives the same bits; the sums agree with long double. */
+/* Sums in blocks agree with long double, and are bitwise identical for any number of threads. */
 static void test_blocks(void) {
-  void *self = still();
+  void *self = gas_at_rest();
   const kith_index sizes[] = {1, 1023, 1024, 1025, 10001};
   uint64_t seed = 3;
   for (int k = 0; k < 5; ++k) {
@@ -146,11 +146,11 @@ static void test_blocks(void) {
       volume += v, sum += v * d, sum2 += v * d * d;
     }
     omp_set_num_threads(1);
-    const struct kith_norms one = measured(&c, &kith_exact_uniform, self, 0, all);
+    const struct kith_norms one = measure(&c, &kith_exact_uniform, self, 0, all);
     for (int threads = 2; threads <= 4; ++threads) {
       omp_set_num_threads(threads);
-      const struct kith_norms many = measured(&c, &kith_exact_uniform, self, 0, all);
-      CHECK(same_bits(&one, &many) && many.nodes == sizes[k]);
+      const struct kith_norms many = measure(&c, &kith_exact_uniform, self, 0, all);
+      CHECK(identical(&one, &many) && many.nodes == sizes[k]);
     }
     CHECK_CLOSE(one.pressure.l1, (double)(sum / volume), 1e-14); /* round-off of 1e4 terms in blocks */
     CHECK_CLOSE(one.pressure.l2, (double)sqrtl(sum2 / volume), 1e-14);
@@ -163,7 +163,7 @@ static void test_blocks(void) {
 
 enum { SAMPLES = 2001 };
 
-/* Density and speed along axis 0, each smeared by a Gaussian of width sigma, at lower + k step. */
+/* Density and speed along axis 0 at lower + k step, smeared by a Gaussian of width sigma. */
 struct profile {
   double lower, step, density[SAMPLES], speed[SAMPLES];
 };
@@ -183,7 +183,7 @@ static void smear(struct profile *p, const struct kith_exact_ops *ops, const voi
   p->lower = lower, p->step = (upper - lower) / (SAMPLES - 1);
   for (int k = 0; k < SAMPLES; ++k) {
     double density = 0, speed = 0, weight = 0;
-    for (int i = -100; i <= 100; ++i) { /* 4 sigma either way */
+    for (int i = -100; i <= 100; ++i) { /* 4 sigma on both sides */
       const double s = i / 25., w = exp(-s * s / 2);
       const struct kith_exact_state exact = exact_at(ops, self, lower + k * p->step + s * sigma, time);
       density += w * exact.density, speed += w * exact.velocity[0], weight += w;
@@ -192,15 +192,15 @@ static void smear(struct profile *p, const struct kith_exact_ops *ops, const voi
   }
 }
 
-/* The value at d of one of the arrays of p. */
+/* Interpolates an array of p at d. */
 static double profile_at(const struct profile *p, const double *value, double d) {
   const double s = KITH_MIN(KITH_MAX((d - p->lower) / p->step, 0.0), SAMPLES - 1.0);
   const int k = KITH_MIN((int)s, SAMPLES - 2);
   return value[k] + (s - k) * (value[k + 1] - value[k]);
 }
 
-/* A lattice of `side` nodes across [-half, half] on each axis, each node moved at random by `jitter`
- * spacings. */
+/* A lattice of `side` nodes across [-half, half] along each axis; nodes are displaced at random by up to half
+ * of `jitter` spacings. */
 static void lattice(struct cloud *c, int side, double half, double jitter) {
   const double h = 2 * half / side;
   uint64_t seed = 8;
@@ -215,7 +215,7 @@ static void lattice(struct cloud *c, int side, double half, double jitter) {
   }
 }
 
-/* Equal volumes: the lattice stays, the mass follows the density. */
+/* Equal volumes: nodes stay, and masses follow the density. */
 static void fill_planar(struct cloud *c, const struct profile *p) {
   for (kith_index i = 0; i < c->view.n; ++i) {
     c->density[i] = profile_at(p, p->density, c->position[i * NDIM]);
@@ -224,8 +224,7 @@ static void fill_planar(struct cloud *c, const struct profile *p) {
   }
 }
 
-/* Equal masses: each node is moved along its radius to where the smeared blast has the mass it started
- * with. */
+/* Equal masses: each node moves along its radius to where the smeared blast has the mass that it enclosed. */
 static void fill_radial(struct cloud *c, const struct profile *p, const double *center) {
   static double mass[SAMPLES];
   mass[0] = 0;
@@ -252,21 +251,21 @@ static void test_planar_shock(void) {
   const struct kith_window window = {{-0.45, 0.45}, {0, INFINITY}};
   static struct profile profile;
   for (int way = 0; way < 2; ++way) {
-    void *self = solution(&kith_exact_riemann, p);
+    void *self = create_solution(&kith_exact_riemann, p);
     for (int width = 1; width <= 3; ++width) {
       const double h = 1. / (NDIM == 3 ? 40 : 100), sigma = 0.5 * width * h;
       struct cloud c;
       smear(&profile, &kith_exact_riemann, self, 0.2, -0.5, 0.5, sigma);
       lattice(&c, NDIM == 3 ? 40 : 100, 0.5, 0.2);
       fill_planar(&c, &profile);
-      const struct kith_norms n = measured(&c, &kith_exact_riemann, self, 0.2, window);
+      const struct kith_norms n = measure(&c, &kith_exact_riemann, self, 0.2, window);
       CHECK_CLOSE(n.shock_exact, (way == 0 ? 1 : -1) * .350432, 1e-6);
       CHECK_CLOSE(n.shock_radius, n.shock_exact, 0.01 * fabs(n.shock_exact)); /* the promise of the header */
-      CHECK(n.shock_offset * (fabs(n.shock_radius) - fabs(n.shock_exact)) > 0); /* ahead is above 0 */
+      CHECK(n.shock_offset * (fabs(n.shock_radius) - fabs(n.shock_exact)) > 0); /* positive if ahead */
       CHECK(n.shock_swept == 0);
       CHECK_CLOSE(n.density_peak, 1, 0.01);
       const struct kith_window left = {{-0.3, 0.3}, {0, INFINITY}};
-      CHECK(!n.shock_outside && measured(&c, &kith_exact_riemann, self, 0.2, left).shock_outside);
+      CHECK(!n.shock_outside && measure(&c, &kith_exact_riemann, self, 0.2, left).shock_outside);
       cloud_clear(&c);
     }
     kith_free(&self);
@@ -277,32 +276,34 @@ static void test_planar_shock(void) {
 static void check_radial(const struct kith_exact_ops *ops, const struct exact_parameters *p, double time,
                          double half, double smearing) {
   static struct profile profile;
-  void *self = solution(ops, *p);
+  void *self = create_solution(ops, *p);
   struct cloud c;
   smear(&profile, ops, self, time, 0, half, smearing * ops->shock(self, time));
   lattice(&c, NDIM == 3 ? 50 : 128, half, 0.1);
   fill_radial(&c, &profile, p->center);
   const struct kith_window window = {{-INFINITY, INFINITY}, {0, 0.45}};
-  const struct kith_norms n = measured(&c, ops, self, time, window);
-  CHECK_CLOSE(n.shock_radius, n.shock_exact, 0.01 * n.shock_exact);      /* the promise of the header */
-  CHECK((n.shock_swept > 0) == (NDIM == 1 || ops == &kith_exact_sedov)); /* Noh's gas ahead varies in 2-D */
-  if (ops == &kith_exact_sedov) { /* the masses are those of the lattice, in gas of density 1 */
+  const struct kith_norms n = measure(&c, ops, self, time, window);
+  CHECK_CLOSE(n.shock_radius, n.shock_exact, 0.01 * n.shock_exact); /* the promise of the header */
+  /* the density of Noh's gas ahead varies above 1-D */
+  CHECK((n.shock_swept > 0) == (NDIM == 1 || ops == &kith_exact_sedov));
+  if (ops == &kith_exact_sedov) { /* masses are those of the lattice, in gas of density 1 */
     const double spacing = half / (NDIM == 3 ? 25 : 64);
     CHECK_CLOSE(n.shock_offset, (n.shock_radius - n.shock_exact) / spacing, 1e-10);
-    double swept = 0; /* the nodes stood on a lattice of this spacing */
+    double swept = 0; /* nodes were on a lattice of this spacing */
     for (int k = 0; (k + 1) * profile.step < n.shock_radius; ++k)
       swept += (kith_pow_dim((k + 1) * profile.step) - kith_pow_dim(k * profile.step)) *
                (profile.density[k] + profile.density[k + 1]) / 2;
-    CHECK_CLOSE(n.shock_swept, pow(swept, 1. / NDIM), (NDIM == 1 ? 0.6 : 0.25) * spacing); /* whole nodes */
+    /* within whole nodes */
+    CHECK_CLOSE(n.shock_swept, pow(swept, 1. / NDIM), (NDIM == 1 ? 0.6 : 0.25) * spacing);
     CHECK(n.shock_swept < n.shock_radius - 0.2 * smearing * n.shock_exact);
   }
-  /* A node flung out of the center lifts the level to half the exact speed, no further. */
+  /* A node that is thrown out of the center raises the level to half of the exact speed at most. */
   for (int a = 0; a < NDIM; ++a) c.position[a] = p->center[a] + 0.001, c.velocity[a] = 1e3;
-  CHECK_CLOSE(measured(&c, ops, self, time, window).shock_radius, n.shock_exact, 0.015 * n.shock_exact);
+  CHECK_CLOSE(measure(&c, ops, self, time, window).shock_radius, n.shock_exact, 0.015 * n.shock_exact);
   double peak = 0;
   for (int k = 0; k * profile.step < 0.45; ++k) peak = KITH_MAX(peak, profile.density[k]);
-  CHECK(n.density_peak <= peak * (1 + 1e-12));    /* a mean */
-  CHECK_CLOSE(n.density_peak, peak, 0.15 * peak); /* of a bin one spacing wide, on a peak some two wide */
+  CHECK(n.density_peak <= peak * (1 + 1e-12));    /* it is a mean */
+  CHECK_CLOSE(n.density_peak, peak, 0.15 * peak); /* over a bin one spacing wide, of a peak about two wide */
   cloud_clear(&c);
   kith_free(&self);
 }
@@ -310,112 +311,113 @@ static void check_radial(const struct kith_exact_ops *ops, const struct exact_pa
 static void test_radial_shock(void) {
   struct exact_parameters blast = {.gamma = {5. / 3}, .density = {1}, .pressure = {1e-6}, .blast_energy = 1};
   struct exact_parameters noh = {.gamma = {5. / 3}, .density = {1}, .velocity = {1}};
-  const double when[] = {.15, .07, .05}; /* R about 0.35 */
+  const double when[] = {.15, .07, .05}; /* R is about 0.35 */
   for (int a = 0; a < NDIM; ++a) blast.center[a] = noh.center[a] = 0.3 - a;
   for (int width = 1; width <= 3; ++width) { /* up to 1 spacing in 3-D */
     check_radial(&kith_exact_sedov, &blast, when[NDIM - 1], 0.5, 0.017 * width);
-    check_radial(&kith_exact_noh, &noh, 0.9, 1.8, 0.03 * width); /* what is within 0.3 came from within 1.2 */
+    check_radial(&kith_exact_noh, &noh, 0.9, 1.8, 0.03 * width); /* gas within 0.3 came from within 1.2 */
   }
 }
 
-/* The bins of the peak: two nodes share one (mean by volume), the third is the second densest; the last one,
- * the farthest, tells how wide they are, in any unit of length. */
+/* Bins of the density peak, in any unit of length: two nodes share a bin (mean by volume), the third is second
+ * densest, the farthest gives the width of the bins. */
 static void check_peak_bins(double unit) {
-  void *self =
-      solution(&kith_exact_noh, (struct exact_parameters){.gamma = {1.4}, .density = {1}, .velocity = {1}});
+  void *self = create_solution(&kith_exact_noh,
+                               (struct exact_parameters){.gamma = {1.4}, .density = {1}, .velocity = {1}});
   struct cloud c;
   cloud_init(&c, 4);
   const double place[] = {0.0101, -0.0149, 0.0151, 0.5}, density[] = {9, 1, 4, 1}, volume[] = {1, 3, 1, 1};
   for (int i = 0; i < 4; ++i) {
     c.position[i * NDIM] = place[i] * unit;
     c.density[i] = density[i];
-    c.mass[i] = density[i] * volume[i] * 1e-12 * kith_pow_dim(unit); /* spacing far below the bin of 0.005 */
+    c.mass[i] =
+        density[i] * volume[i] * 1e-12 * kith_pow_dim(unit); /* the spacing is far below the bin of 0.005 */
   }
-  CHECK_CLOSE(measured(&c, &kith_exact_noh, self, 0, all).density_peak, 4,
-              1e-14); /* not 9, not (9 + 3) / 4 */
+  /* neither 9 nor (9 + 3) / 4 */
+  CHECK_CLOSE(measure(&c, &kith_exact_noh, self, 0, all).density_peak, 4, 1e-14);
   c.density[2] = 2, c.mass[2] *= 0.5;
-  CHECK_CLOSE(measured(&c, &kith_exact_noh, self, 0, all).density_peak, 3, 1e-14);
+  CHECK_CLOSE(measure(&c, &kith_exact_noh, self, 0, all).density_peak, 3, 1e-14);
   cloud_clear(&c);
   kith_free(&self);
 }
 
 static void test_contact_pressure_error(void) {
   const double time = 0.2;
-  void *self =
-      solution(&kith_exact_riemann,
-               (struct exact_parameters){
-                   .gamma = {1.4, 1.4}, .density = {1, .125}, .pressure = {1, .1}, .interface_position = 3});
+  void *self = create_solution(
+      &kith_exact_riemann,
+      (struct exact_parameters){
+          .gamma = {1.4, 1.4}, .density = {1, .125}, .pressure = {1, .1}, .interface_position = 3});
   const struct kith_exact_star star = kith_exact_riemann.star(self);
   const double contact = 3 + star.velocity * time;
   struct cloud c;
   cloud_init(&c, 5);
-  const double offset[] = {-0.09, 0.08, -0.101, 0.085,
-                           -0.25}; /* half of the ways: 0.0998, 0.0825; the last in the fan */
+  /* half of the distances to waves: 0.0998, 0.0825; the last node is in the rarefaction */
+  const double offset[] = {-0.09, 0.08, -0.101, 0.085, -0.25};
   for (int i = 0; i < 5; ++i) {
     c.position[i * NDIM] = contact + offset[i];
     set_exact(&c, i, &kith_exact_riemann, self, time, 1);
   }
-  struct kith_norms n = measured(&c, &kith_exact_riemann, self, time, all);
+  struct kith_norms n = measure(&c, &kith_exact_riemann, self, time, all);
   CHECK(n.contact_pressure_error < 1e-14 && n.density.linf == 0 && n.velocity.linf == 0 &&
         n.pressure.l2 == 0);
   for (int i = 2; i < 5; ++i) c.pressure[i] *= 3; /* nearer to a wave than to the contact */
-  CHECK(measured(&c, &kith_exact_riemann, self, time, all).contact_pressure_error < 1e-14);
+  CHECK(measure(&c, &kith_exact_riemann, self, time, all).contact_pressure_error < 1e-14);
   c.pressure[0] *= 0.93, c.pressure[1] *= 1.05;
-  CHECK_CLOSE(measured(&c, &kith_exact_riemann, self, time, all).contact_pressure_error, 0.07, 1e-14);
+  CHECK_CLOSE(measure(&c, &kith_exact_riemann, self, time, all).contact_pressure_error, 0.07, 1e-14);
   const struct kith_window right = {{contact, contact + 1}, {0, INFINITY}};
-  CHECK_CLOSE(measured(&c, &kith_exact_riemann, self, time, right).contact_pressure_error, 0.05, 1e-14);
-  /* Early on the star region is narrow: node 0 is in the rarefaction or beyond. */
-  n = measured(&c, &kith_exact_riemann, self, 1e-3, all);
+  CHECK_CLOSE(measure(&c, &kith_exact_riemann, self, time, right).contact_pressure_error, 0.05, 1e-14);
+  /* At first the region between the waves is narrow, and node 0 is outside of it. */
+  n = measure(&c, &kith_exact_riemann, self, 1e-3, all);
   CHECK(n.contact_pressure_error == 0);
   cloud_clear(&c);
   kith_free(&self);
 }
 
-/* Around a vortex: what is across it or along its axis is in the velocity and not in the speed; the window is
+/* Around a vortex, motion across it or along its axis counts in the velocity, not in the speed; the window is
  * a cylinder. */
 static void test_vortex(void) {
-  void *self = solution(&kith_exact_gresho,
-                        (struct exact_parameters){.gamma = {1.4}, .density = {1}, .pressure = {5}});
+  void *self = create_solution(&kith_exact_gresho,
+                               (struct exact_parameters){.gamma = {1.4}, .density = {1}, .pressure = {5}});
   struct cloud c;
   cloud_init(&c, 4);
   for (int i = 0; i < 4; ++i) { /* 0.1 to 0.4 from the axis, at heights 0, 2, 4, 6 */
     c.position[i * NDIM] = 0.1 * (i + 1) * 0.6, c.position[i * NDIM + (NDIM > 1)] = 0.1 * (i + 1) * 0.8;
     if (NDIM == 3) c.position[i * NDIM + NDIM - 1] = 2 * i;
-    set_exact(&c, i, &kith_exact_gresho, self, 0, 1e-9); /* bins narrower than their distances */
+    set_exact(&c, i, &kith_exact_gresho, self, 0, 1e-9); /* bins are narrower than distances */
   }
-  struct kith_norms n = measured(&c, &kith_exact_gresho, self, 0, all);
+  struct kith_norms n = measure(&c, &kith_exact_gresho, self, 0, all);
   CHECK(n.nodes == 4 && n.velocity.linf == 0 && n.speed.linf == 0 && n.vortex && n.shock_exact == 0);
   CHECK_CLOSE(n.speed_peak, 1, 1e-14);
   CHECK_CLOSE(n.density_peak, 1, 1e-14);
   c.velocity[0] += 0.3 * 0.6, c.velocity[NDIM > 1] += 0.3 * 0.8; /* node 0: outwards; node 1: slower */
   c.velocity[NDIM] += 0.4 * 0.8, c.velocity[NDIM + (NDIM > 1)] -= 0.4 * 0.6;
-  n = measured(&c, &kith_exact_gresho, self, 0, all);
+  n = measure(&c, &kith_exact_gresho, self, 0, all);
   CHECK_CLOSE(n.velocity.l1, 0.7 / 4, 1e-15);
   CHECK_CLOSE(n.speed.l1, 0.4 / 4, 1e-15);
   CHECK_CLOSE(n.speed.l2, sqrt(0.16 / 4), 1e-15);
   CHECK_CLOSE(n.speed_peak, 0.6, 1e-14);
   const struct kith_window ring = {{-INFINITY, INFINITY}, {0.15, 0.35}};
-  CHECK(measured(&c, &kith_exact_gresho, self, 0, ring).nodes == 2);
+  CHECK(measure(&c, &kith_exact_gresho, self, 0, ring).nodes == 2);
   cloud_clear(&c);
   kith_free(&self);
 }
 
-/* No nodes at the shock, all nodes behind it, a single node, flat density: nothing is made up. */
+/* Without nodes at the shock, with all nodes behind it, or with a single node, no shock is found. */
 static void test_no_shock_seen(void) {
-  void *self = solution(&kith_exact_sedov,
-                        (struct exact_parameters){.gamma = {1.4}, .density = {1}, .blast_energy = 1});
+  void *self = create_solution(&kith_exact_sedov,
+                               (struct exact_parameters){.gamma = {1.4}, .density = {1}, .blast_energy = 1});
   struct cloud c;
   lattice(&c, 8, 0.1, 0);
   for (kith_index i = 0; i < c.view.n; ++i) c.density[i] = 1;
-  CHECK(measured(&c, &kith_exact_sedov, self, 1, all).shock_radius == 0); /* at rest */
+  CHECK(measure(&c, &kith_exact_sedov, self, 1, all).shock_radius == 0); /* at rest */
   for (kith_index i = 0; i < c.view.n; ++i) {
     const double *const x = &c.position[i * NDIM];
     for (int a = 0; a < NDIM; ++a) c.velocity[i * NDIM + a] = 5 * x[a] / kith_norm(x);
   }
-  CHECK(measured(&c, &kith_exact_sedov, self, 1, all).shock_radius == 0); /* all behind */
+  CHECK(measure(&c, &kith_exact_sedov, self, 1, all).shock_radius == 0); /* all nodes are behind the shock */
   c.view.n = 1;
-  CHECK(measured(&c, &kith_exact_sedov, self, 1, all).shock_radius == 0);
-  CHECK(measured(&c, &kith_exact_sedov, self, 0, all).shock_radius == 0); /* nothing has happened */
+  CHECK(measure(&c, &kith_exact_sedov, self, 1, all).shock_radius == 0);
+  CHECK(measure(&c, &kith_exact_sedov, self, 0, all).shock_radius == 0); /* before the blast */
   cloud_clear(&c);
   kith_free(&self);
 }

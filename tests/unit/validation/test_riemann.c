@@ -1,5 +1,6 @@
-/* Riemann problems against constants computed elsewhere, conservation laws and jump conditions; for materials
- * that are no ideal gas, their own equations of state and isentropes integrated through them. */
+/* test_riemann.c - Riemann problems, against constants computed elsewhere, conservation laws (by quadrature)
+ * and jump conditions; for materials that are not ideal gases, against their own equations of state and
+ * isentropes integrated through them. */
 #include "tests/unit/validation/exact_oracles.h"
 #include "tests/unit/exact_settings.h"
 #include "tests/unit/materials.h"
@@ -27,7 +28,7 @@ struct constants {
   double gamma, left[3], right[3], pressure, velocity, density[2], head, tail, shock;
 };
 
-/* The table of reference constants; 0: not given there. */
+/* The table of reference constants; 0: not in the table. */
 static const struct constants table[] = {
     {1.4, {1, 0, 1}, {.125, 0, .1}, .303130, .927453, {.426319, .265574}, -1.18322, -.070273, 1.75216},
     {5. / 3, {1, 0, 1}, {.125, 0, .1}, .293945, .841195, {.479689, .229806}, -1.29099, -.169401, 1.84447},
@@ -58,7 +59,7 @@ static const struct constants table[] = {
     {1.4, {.445, .698, 3.528}, {.5, 0, .571}, 2.4661, 1.52872, {.344568, 1.30408}, 0, 0, 2.47932},
 };
 
-/* The table gives 4 to 7 digits: wanted to one unit in the last of five (1-2-3 at 5/3 has three for p*). */
+/* The table has 4 to 7 digits: one unit in the fifth is required (1-2-3 at 5/3 has three digits of p*). */
 static void check_digits(double got, double wanted, double scale) {
   const double unit = fabs(wanted) < 1e-4 ? 1e-3 : 1e-5;
   if (wanted != 0) CHECK_CLOSE(got, wanted, KITH_MAX(unit * fabs(wanted), 1e-6 * scale));
@@ -85,7 +86,7 @@ static void test_riemann_table(void) {
 struct content {
   const void *self;
   double time;
-  int which; /* 0 mass, 1 momentum, 2 energy */
+  int which; /* 0: mass, 1: momentum, 2: energy */
 };
 
 static double content_at(double x, void *context) {
@@ -95,7 +96,7 @@ static double content_at(double x, void *context) {
   return c->which == 0 ? s.density : c->which == 1 ? s.density * v : s.density * (s.energy + v * v / 2);
 }
 
-/* Integral over [lower, upper], smooth between the edges of the waves. */
+/* Integral over [lower, upper], piece by piece between the edges of waves. */
 static double total(struct content c, double lower, double upper, gsl_integration_workspace *work) {
   const struct kith_exact_star star = kith_exact_riemann.star(c.self);
   const double cut[] = {lower,
@@ -117,7 +118,7 @@ static double total(struct content c, double lower, double upper, gsl_integratio
   return sum;
 }
 
-/* What is in a box that no wave has left changed only by the fluxes of the undisturbed states. */
+/* The content of a box that no wave has left changes only by the fluxes of the undisturbed states. */
 static void check_conservation(const parameters *p, gsl_integration_workspace *work) {
   void *self = riemann_of(p);
   if (self == NULL) return;
@@ -138,7 +139,7 @@ static void check_conservation(const parameters *p, gsl_integration_workspace *w
     const double wanted = half_width * (held[0][q] + held[1][q]) + time * (flux[0][q] - flux[1][q]);
     const double scale =
         half_width * (fabs(held[0][q]) + fabs(held[1][q])) + time * (fabs(flux[0][q]) + fabs(flux[1][q]));
-    /* Quadrature to 1e-11 of each piece. */
+    /* quadrature to 1e-11 of each piece */
     CHECK_CLOSE(total((struct content){self, time, q}, x0 - half_width, x0 + half_width, work), wanted,
                 1e-9 * scale);
   }
@@ -186,9 +187,9 @@ static void check_wave(const void *self, const parameters *p, int k) {
     CHECK(behind.pressure > ahead.pressure);
     return;
   }
-  /* A rarefaction: continuous at both edges, one entropy, Euler's equations inside. */
+  /* A rarefaction is continuous at both edges, has one entropy, and satisfies Euler's equations. */
   const state first = at(ops, self, x0 + (head - near) * time, time);
-  CHECK_CLOSE(first.density, ahead.density, 1e-7 * ahead.density); /* slope times the step `near` */
+  CHECK_CLOSE(first.density, ahead.density, 1e-7 * ahead.density); /* slope times `near` */
   CHECK_CLOSE(first.velocity[0], ahead.velocity[0], 1e-7 * (fabs(head) + fabs(tail)));
   const state last = at(ops, self, x0 + (tail + near) * time, time);
   CHECK_CLOSE(last.density, behind.density, 1e-7 * ahead.density);
@@ -198,8 +199,8 @@ static void check_wave(const void *self, const parameters *p, int k) {
   for (int i = 1; i < 8; ++i) {
     const double d = (tail + i / 8. * (head - tail)) * time;
     const state s = at(ops, self, x0 + d, time);
-    CHECK_CLOSE(s.pressure / pow(s.density, p->gamma[k]), entropy,
-                1e-11 * entropy); /* pow amplifies round-off */
+    /* pow amplifies round-off */
+    CHECK_CLOSE(s.pressure / pow(s.density, p->gamma[k]), entropy, 1e-11 * entropy);
     if (x0 == 0) check_euler(ops, self, d, time, fabs(head - tail) * time, p->gamma[k], 1);
   }
 }
@@ -213,7 +214,7 @@ static void test_riemann_waves(void) {
     if (self == NULL) continue;
     const struct kith_exact_star star = kith_exact_riemann.star(self);
     for (int k = 0; k < 2; ++k) check_wave(self, &p, k);
-    if (star.pressure > 0) { /* nothing but density and gas changes at the contact */
+    if (star.pressure > 0) { /* at the contact only density and gas may change */
       const double near = 1e-9 * (star.head[1] - star.head[0]);
       const state l = at(&kith_exact_riemann, self, star.velocity - near, 1);
       const state r = at(&kith_exact_riemann, self, star.velocity + near, 1);
@@ -229,7 +230,7 @@ static void test_riemann_waves(void) {
 
 static void test_riemann_contacts(void) {
   const struct kith_exact_ops *const ops = &kith_exact_riemann;
-  /* Contact at rest: stays, sharp, without a shock. */
+  /* A contact at rest stays sharp, without a shock. */
   parameters p = two_states(1.4, (const double[]){1, 0, 2}, (const double[]){8, 0, 2});
   p.interface_position = 0.25;
   void *self = riemann_of(&p);
@@ -237,7 +238,7 @@ static void test_riemann_contacts(void) {
   CHECK(at(ops, self, 0.2499, 5).density == 1 && at(ops, self, 0.2501, 5).density == 8);
   CHECK_CLOSE(at(ops, self, 0.2501, 5).velocity[0], 0, 1e-14);
   kith_free(&self);
-  for (int i = 1; i <= 200; ++i) { /* also when it moves: p* may come out one bit above the pressure */
+  for (int i = 1; i <= 200; ++i) { /* also if it moves: p* may be one bit above the pressure */
     p = two_states(1.4, (const double[]){1, i / 7., i / 3.}, (const double[]){1. / i, i / 7., i / 3.});
     p.gamma[1] = 1.1 + i / 100.;
     self = riemann_of(&p);
@@ -245,7 +246,7 @@ static void test_riemann_contacts(void) {
     CHECK_CLOSE(kith_exact_riemann.star(self).velocity, i / 7., 1e-13);
     kith_free(&self);
   }
-  /* Time 0, and nothing across the axis. */
+  /* The initial state, and no velocity across the axis. */
   p = two_states(1.4, (const double[]){1, 3, 2}, (const double[]){8, -1, 5});
   self = riemann_of(&p);
   const state left = at(ops, self, -1e-300, 0), right = at(ops, self, 0, 0);
@@ -262,7 +263,8 @@ static void test_riemann_contacts(void) {
 
 static void test_riemann_extremes(void) {
   const struct kith_exact_ops *const ops = &kith_exact_riemann;
-  /* Vacuum on the right: the edge runs at 2 c / (gamma - 1); at the interface u = c = 2 c0 / (gamma + 1). */
+  /* Vacuum on the right: the edge moves at 2 c / (gamma - 1), and at the interface u = c = 2 c0 / (gamma +
+   * 1). */
   parameters p = two_states(1.4, (const double[]){1, 0, 1}, (const double[]){0, 0, 0});
   void *self = riemann_of(&p);
   const double c0 = sqrt(1.4);
@@ -272,7 +274,7 @@ static void test_riemann_extremes(void) {
   CHECK(at(ops, self, 5.01 * c0, 1).density == 0 && at(ops, self, 5.01 * c0, 1).energy == 0);
   CHECK(ops->shock(self, 1) == 0);
   kith_free(&self);
-  /* Gases that part: a hole between -v + 5 c0 and v - 5 c0. */
+  /* Gases that separate leave a vacuum between -v + 5 c0 and v - 5 c0. */
   p = two_states(1.4, (const double[]){1, -7, 1}, (const double[]){1, 7, 1});
   self = riemann_of(&p);
   const struct kith_exact_star star = kith_exact_riemann.star(self);
@@ -281,8 +283,8 @@ static void test_riemann_extremes(void) {
   CHECK_CLOSE(star.tail[1], 7 - 5 * c0, 1e-13);
   CHECK(at(ops, self, 0.1, 1).density == 0 && at(ops, self, 0.1, 1).velocity[0] == 0.1);
   kith_free(&self);
-  /* Soft gases that all but part: the star pressure is below what doubles hold, yet the waves stay in
-   * order. */
+  /* Soft gases that nearly separate: the pressure between the waves is below the range of doubles, but waves
+   * stay in order. */
   p = (parameters){.gamma = {1.005, 1.1}, .density = {1, 1}, .pressure = {1, 1e-6}, .velocity = {0, 400}};
   self = riemann_of(&p);
   const struct kith_exact_star hole = kith_exact_riemann.star(self);
@@ -290,12 +292,12 @@ static void test_riemann_extremes(void) {
   for (int i = 0; i <= 400; ++i)
     CHECK(isfinite(at(ops, self, i, 1).energy) && at(ops, self, i, 1).density >= 0);
   kith_free(&self);
-  /* Only a shock to the left: its place is told. */
+  /* The only shock moves to the left. */
   p = two_states(1.4, (const double[]){.125, 0, .1}, (const double[]){1, 0, 1});
   self = riemann_of(&p);
   CHECK_CLOSE(ops->shock(self, 0.2), -0.2 * 1.75216, 1e-5);
   kith_free(&self);
-  /* Cold streams meet head on: Noh's planar state, shock at (gamma - 1) / 2. */
+  /* Cold streams collide: Noh's planar state, with the shock at (gamma - 1) / 2. */
   p = two_states(5. / 3, (const double[]){1, 1, 0}, (const double[]){1, -1, 0});
   self = riemann_of(&p);
   CHECK_CLOSE(ops->shock(self, 1), 1. / 3, 1e-14);
@@ -303,7 +305,7 @@ static void test_riemann_extremes(void) {
   kith_free(&self);
 }
 
-/* On the verge of parting, from both sides: waves in order, every value finite. */
+/* At the limit of separation, from both sides, waves are in order and all values finite. */
 static void test_riemann_verge(void) {
   uint64_t seed = 21;
   for (int i = 0; i < 2000; ++i) {
@@ -328,16 +330,16 @@ static void test_riemann_verge(void) {
       CHECK(s.density >= 0 && s.pressure >= 0 && isfinite(s.density) && isfinite(s.pressure));
       CHECK(isfinite(s.energy) && isfinite(s.velocity[0]));
     }
-    for (int k = 0; k < 2; ++k) /* the last place inside each wave */
+    for (int k = 0; k < 2; ++k) /* the last position inside each wave */
       CHECK(isfinite(at(&kith_exact_riemann, self, nextafter(star.tail[k], star.head[k]), 1).energy));
     kith_free(&self);
   }
 }
 
-/* --- other equations of state, asked themselves --- */
+/* --- other equations of state --- */
 
-/* Of the isentrope through a state with this density: energy, and the velocity with du = c / rho drho, by
- * steps of Runge and Kutta's fourth order. */
+/* Follows the isentrope through a state to this density: energy, and velocity with du = c / rho drho, by the
+ * classical Runge-Kutta method. */
 static void follow_isentrope(const struct kith_material *m, state *s, double density) {
   enum { STEPS = 400 };
   const double d = (density - s->density) / STEPS;
@@ -403,7 +405,7 @@ static void test_riemann_materials(void) {
     double settings[EXACT_NUMBERS], c;
     struct kith_exact_scene scene = {.n_regions = 2};
     struct kith_material m[2];
-    double tension = INFINITY; /* what both bear, half of it */
+    double tension = INFINITY; /* half of what both can bear */
     for (int k = 0; k < 2; ++k) {
       m[k] = material_of(pair[2 * k], pair[2 * k + 1]);
       tension = fmin(tension, 0.5 * m[k].eos->power_law(m[k].settings).stiffness);
@@ -429,7 +431,7 @@ static void test_riemann_materials(void) {
     kith_free(&self);
   }
   CHECK(shocks > 100 && fans > 100);
-  /* Water that is pulled apart bears it, up to its stiffness. */
+  /* Water that is pulled apart bears tension, up to its stiffness. */
   parameters p = two_states(4.4, (const double[]){1, -0.02, 0}, (const double[]){1, 0.02, 0});
   double settings[EXACT_NUMBERS];
   void *self = NULL;
@@ -440,7 +442,7 @@ static void test_riemann_materials(void) {
           0.6;
     if (faster == 0) {
       CHECK_OK(kith_exact_create(&self, &kith_exact_riemann, settings));
-      CHECK_CLOSE(kith_exact_riemann.star(self).pressure, -0.02 * sqrt(4.4 * 0.6), 2e-3); /* - rho c u */
+      CHECK_CLOSE(kith_exact_riemann.star(self).pressure, -0.02 * sqrt(4.4 * 0.6), 2e-3); /* -rho c u */
       kith_free(&self);
     } else {
       CHECK_STATUS(KITH_BAD_INPUT, kith_exact_create(&self, &kith_exact_riemann, settings));

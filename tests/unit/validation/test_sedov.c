@@ -1,6 +1,6 @@
-/* Sedov's blast in gas whose density falls as a power of r: standard, singular and vacuum case. Against
- * published constants, and what knows nothing of similarity: mass and energy behind the shock by quadrature,
- * jump conditions, Euler's equations by differences. */
+/* test_sedov.c - Sedov's blast in gas whose density falls as a power of r: standard, singular and vacuum
+ * case. Oracles: published constants, and laws that are independent of similarity: mass and energy behind the
+ * shock by quadrature, jump conditions, and Euler's equations by differences. */
 #include "tests/unit/validation/exact_oracles.h"
 
 #include <gsl/gsl_integration.h>
@@ -27,7 +27,7 @@ static double shell(double r, void *context) {
   return area * s.density * (b->energy ? s.energy + v * v / 2 : 1);
 }
 
-/* Radius of the void, 0 if there is none: bisection between nothing and something. */
+/* The radius of the void, by bisection; 0 if there is none. */
 static double void_of(const void *self, double time) {
   double low = 1e-6 * sedov->shock(self, time), high = sedov->shock(self, time) * (1 - 1e-9);
   if (at(sedov, self, low, time).density > 0) return 0;
@@ -36,7 +36,7 @@ static double void_of(const void *self, double time) {
   return high;
 }
 
-/* Behind the shock; powers at the edges of the interval are what QAGS is for. */
+/* Integral behind the shock; QAGS handles powers at the ends of the interval. */
 static double integral(const void *self, double time, bool energy) {
   gsl_integration_workspace *work = gsl_integration_workspace_alloc(2000);
   struct blast context = {self, time, energy};
@@ -59,9 +59,9 @@ static double singular(double gamma) {
   return (NDIM * (3 - gamma) + 2 * gamma - 2) / (gamma + 1);
 }
 
-/* Kamm and Timmes: energies that put the shock at these radii at time 1, and the radius of the void over that
- * of the shock. (Their uniform gas in 1-D and 2-D is off in the fifth digit; test_exact.c has better
- * ones.) */
+/* Kamm and Timmes: energies for which the shock is at these radii at time 1, and the ratio of the void's
+ * radius to that of the shock. (In 1-D and 2-D their values for uniform gas are wrong in the fifth digit;
+ * test_exact.c has better ones.) */
 static void constants(void) {
   static const struct {
     int dimension;
@@ -75,9 +75,9 @@ static void constants(void) {
     if (table[k].dimension != NDIM) continue;
     void *self = solve(1.4, table[k].omega, table[k].energy, 1);
     if (self == NULL) continue;
-    CHECK_CLOSE(sedov->shock(self, 1) / table[k].radius, 1,
-                2e-6); /* six digits of the energy, and half of that in r */
-    CHECK_CLOSE(void_of(self, 1) / table[k].radius, table[k].empty, 1e-6); /* as many as are given */
+    /* tolerance: six digits of the energy, and half of that in r */
+    CHECK_CLOSE(sedov->shock(self, 1) / table[k].radius, 1, 2e-6);
+    CHECK_CLOSE(void_of(self, 1) / table[k].radius, table[k].empty, 1e-6); /* the digits that are given */
     kith_free(&self);
   }
 }
@@ -110,7 +110,7 @@ static void laws(double gamma, double omega, double tolerance) {
   kith_free(&self);
 }
 
-/* The cases join: a gradient a little below and above the singular one, and without one. */
+/* The cases join continuously: slightly below and above the singular gradient. */
 static void continuity(void) {
   for (int k = 0; k < 2 && NDIM > 1; ++k) {
     const double step = k == 0 ? 1e-8 : -1e-8, omega = singular(1.4);
@@ -119,7 +119,7 @@ static void continuity(void) {
     for (int i = 10; i < 20; ++i) {
       const state s = at(sedov, exact, 0.05 * i * sedov->shock(exact, 1), 1),
                   t = at(sedov, near, 0.05 * i * sedov->shock(near, 1), 1);
-      CHECK_CLOSE(s.density / t.density, 1, 1e-4); /* the step, which grows inwards with a power of some 10 */
+      CHECK_CLOSE(s.density / t.density, 1, 1e-4); /* the step 1e-8, amplified inwards */
       CHECK_CLOSE(s.pressure / t.pressure, 1, 1e-4);
     }
     kith_free(&exact);
@@ -154,8 +154,8 @@ static void refusals(void) {
 
 int main(void) {
   static const double gamma[] = {1.2, 1.4, 5. / 3, 3};
-  /* 1e-6: the quadrature, as for the uniform gas. At the edge of a void 1e-5: the density is a power there,
-   * of which the table knows the end to 1e-8, and the distance from the edge has lost as many digits. */
+  /* Tolerance 1e-6: the quadrature, as for uniform gas. With a void 1e-5: at its edge the density is a power,
+   * whose end the table has to 1e-8, and the distance from the edge has lost as many digits. */
   constants();
   for (size_t g = 0; g < sizeof gamma / sizeof gamma[0]; ++g) {
     const double omega = singular(gamma[g]);
