@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# launcher.sh PROGRAM: the launcher on a small tree of its own, whose program prints its arguments; then what
-# the program kith starts and refuses. Nothing is installed.
+# launcher.sh PROGRAM: the launcher ./kith on a small source tree, whose program prints its arguments; then
+# which programs `kith` starts, and what it refuses. Nothing is installed.
 set -uo pipefail
 export KITH_NO_INSTALL=1
 unset OMP_NUM_THREADS OMP_PROC_BIND
@@ -10,7 +10,7 @@ place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
 failures=0
 
-# check CODE TEXT COMMAND...: the command ends with CODE, and its output holds TEXT.
+# check CODE TEXT COMMAND...: the command ends with CODE, and its output contains TEXT.
 check() {
   local code=$1 text=$2 output
   shift 2
@@ -22,7 +22,7 @@ check() {
   fi
 }
 
-# ---- the launcher; its tree has a blank in its name, and the caller is elsewhere
+# ---- the launcher; the name of its tree has a blank, and it is called from another directory
 tree="$place/a tree"
 mkdir -p "$tree" "$place/elsewhere"
 cp "$source/kith" "$source/CMakePresets.json" "$tree"
@@ -46,7 +46,7 @@ ln -s "$tree/kith" "$place/link"
 cd "$place/elsewhere" || exit 1
 kith=$place/link
 
-# Words go to the program as they are; what is built first shows no output.
+# Arguments are passed unchanged; building prints nothing.
 check 0 "bind  in elsewhere:" "$kith"
 check 0 "in elsewhere: [--help]" "$kith" --help
 check 0 "in elsewhere: [run] [a b.yaml] [--threads] [3] [--set] [x=1] [--ranks=1] [] [--quiet]" \
@@ -57,7 +57,7 @@ check 0 "bind close in" env OMP_PROC_BIND=close "$kith" bench
 check 0 "" "$kith" build
 check 2 "no such test" "$kith" test quick
 
-# A run or plan of one scene builds the program of its dimension, all else those of all.
+# A run or plan of one scene builds the program of its dimension, other verbs build those of all dimensions.
 rm -f "$tree"/built-*
 printf 'dimension: 2 # as it is\n' >flat.yaml
 check 0 "run" "$kith" run flat.yaml --set method.dimension=1
@@ -70,14 +70,14 @@ check 0 "run" "$kith" run none.yaml
 check 0 "built-1" ls "$tree/built-1"
 check 3 "" "$kith" validate code3
 
-# What changed is built, also in a tree that was moved; a failed build is shown.
+# After changes, also in a tree that was moved, the program is built again; output of a failed build is shown.
 sed -i 's/echo "bind/echo "now bind/' "$tree/program"
 check 0 "now bind" "$kith" list
 mv "$tree" "$place/moved"
 check 0 "now bind" "$place/moved/kith" list
 cp -r "$place/moved" "$place/copy"
 check 0 "moved or copied: building release again" "$place/copy/kith" list
-# A checkout of somebody else: what cannot be written is built in the cache. Root can write anything.
+# In a source tree that cannot be written, programs are built in the cache. Root can write anywhere.
 if ((EUID != 0)); then
   rm -rf "$place/copy/build" && chmod -R a-w "$place/copy"
   check 0 "in elsewhere: [list]" env XDG_CACHE_HOME="$place/cache" "$place/copy/kith" list
@@ -121,7 +121,7 @@ check 2 "./kith of the source tree" "$kith" build
 check 2 "no suite 'no-such'" "$kith" chart no-such
 check 2 "no verb" "$kith"
 
-# Each option is refused by the verbs that do not take it, and each verb has its help.
+# Each option is refused by verbs that do not take it, and each verb has its help.
 for refusal in "list --ranks 2" "chart 1.yaml --until 1" "validate --set a=1" "plan 1.yaml -o x" \
   "bench --restart x" "stress --until 1" "plan 1.yaml --steps 1"; do
   check 2 ": not an option of ${refusal%% *}, but of " "$kith" $refusal

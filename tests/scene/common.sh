@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What the scene tests share: a place of their own, a tiny scene, and checks that count failures.
-# Sourced by them, with the folder of the programs as the first argument.
+# common.sh PROGRAMS: sourced by the scene tests: a temporary directory, a tiny scene, and checks that count
+# failures.
 export OMP_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 programs=$(readlink -f "$1")
 kith=$programs/kith
@@ -9,7 +9,7 @@ trap 'rm -rf "$place"' EXIT
 cd "$place" || exit 1
 failures=0
 
-# Half of a shock tube: 56 nodes, some 20 steps to t = 0.05.
+# Half of a shock tube: 56 nodes, about 20 steps to t = 0.05.
 cat >tiny.yaml <<'END'
 scene: tiny
 dimension: 1
@@ -30,7 +30,8 @@ wrong() {
   failures=$((failures + 1))
 }
 
-# stopped CODE TEXT COMMAND...: ends with CODE and exactly one line on stderr, which holds TEXT.
+# stopped CODE TEXT COMMAND...: the command must end with CODE, and print one line to stderr, which begins
+# with "kith: " and contains TEXT.
 stopped() {
   local code=$1 text=$2 got lines
   shift 2
@@ -43,7 +44,7 @@ stopped() {
   fi
 }
 
-# refused TEXT COMMAND...: stopped with code 2, and the directory `out` is as it was.
+# refused TEXT COMMAND...: the command must be stopped with code 2, and leave the directory `out` as it was.
 refused() {
   local text=$1 before
   shift
@@ -52,12 +53,12 @@ refused() {
   [[ $(seen out) == "$before" ]] || wrong "$* left something: $(ls -A out)"
 }
 
-# Everything in a directory, with its contents.
+# Prints checksums of all files in a directory, and its folders.
 seen() {
   [[ ! -e $1 ]] || (cd "$1" && find . -type f -exec cksum {} + | sort && find . -type d | sort)
 }
 
-# ok COMMAND...: ends with 0 and says nothing on stderr.
+# ok COMMAND...: the command must end with 0, and print nothing to stderr.
 ok() {
   "$@" >stdout 2>stderr || wrong "$* ended with $?; stderr: $(<stderr)"
   [[ ! -s stderr ]] || wrong "$* said on stderr: $(<stderr)"

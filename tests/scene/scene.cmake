@@ -1,4 +1,4 @@
-# scene.cmake - runs a shipped scene, small and for a few steps: exit code, report, snapshot.
+# scene.cmake - runs a shipped scene with few nodes for a few steps, and checks exit code, report and files.
 #   cmake -D program=kith-2d -D scene=sod.yaml -D dimension=2 -D resolution=16 -D out=DIR -P scene.cmake
 file(REMOVE_RECURSE ${out})
 execute_process(

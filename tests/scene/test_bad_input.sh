@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# test_bad_input.sh PROGRAMS: whatever is wrong with the command line, the scene, the output directory or the
-# checkpoint gives one line on stderr and code 2, and nothing is created or changed.
+# test_bad_input.sh PROGRAMS INPUTS: whatever is wrong with the command line, the scene, the output directory
+# or the checkpoint gives one line on stderr and code 2, and nothing is created or changed.
 source "$(dirname "$0")/common.sh"
 
 # ---- the command line
@@ -33,7 +33,7 @@ refused "tiny.yaml: one argument too many" "$kith" bench tiny.yaml
 refused "--ranks: not an option of bench, but of run, plan" "$kith" bench --ranks 2
 if ldd "$programs/kith-1d" | grep -q libmpi; then
   refused "kith: --ranks: 100000 is more than 4096" "$kith" run tiny.yaml --ranks 100000
-  # mpirun would wait for ever.
+  # mpirun would wait for ever
   refused "kith: --ranks 100: mpirun needs 550 open files, and 200 are allowed" \
     bash -c 'ulimit -n 200; exec "$@"' - "$kith" run tiny.yaml --ranks 100
 fi
@@ -160,7 +160,7 @@ domain.upper=[.inf, 1, 1]|not a finite number
 domain={lower: [-1]}|missing; it is required
 END
 
-# ---- units: each holds, and their products do not
+# ---- units whose values are each in range, but not their products
 for value in 1e-137 1e137; do
   refused "regions: a pressure of about" "$kith" plan tiny.yaml --set "regions.0.density=${value/137/85}" \
     --set "regions.1.density=${value/137/86}" --set "regions.0.pressure=$value" \
@@ -175,7 +175,7 @@ refused "regions: a density of about 1e-110" "$kith" plan tiny.yaml --set resolu
   --set 'regions.1.where.x=[0, 1e25]' --set regions.0.density=1e-110 --set regions.1.density=1e-111 \
   --set regions.0.pressure=1e-110 --set regions.1.pressure=1e-111
 
-# ---- settings of the storage of lists, which are first used when results are opened
+# ---- settings of list storages, which are read when results are opened
 while IFS='|' read -r storage text; do
   refused "--set connectivity.storage: $text" "$kith" run tiny.yaml --quiet -o out \
     --set 'probes=[{name: p, at: [0, 0, 0]}]' --set "connectivity.storage=$storage"
@@ -188,7 +188,7 @@ csr, padded|'csr, padded' is not one of csr, padded, half, compressed
 half|half keeps half of the neighbors of a node
 END
 
-# ---- what cannot work together
+# ---- settings that cannot be used together
 refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
   --set method.faces=integrated
 refused "integrated faces leave the side of a barrier open" "$kith" plan "$2/plate.yaml" \
@@ -210,7 +210,7 @@ refused "cullen-dehnen has a history, and arkode may reject a step" "$kith" plan
   --set method.viscosity.name=cullen-dehnen
 refused "--set boundaries.x.a: unknown key" "$kith" run tiny.yaml --quiet --set 'boundaries.x={a: 1}'
 
-# In the file itself: line and key.
+# errors in the file itself are reported with line and key
 sed 's/gamma: 1.4/gama: 1.4/' tiny.yaml >wrong.yaml
 refused "wrong.yaml:7: materials.gas.gama: unknown key; did you mean 'gamma'?" "$kith" run wrong.yaml
 sed 's/x: \[0, 1\]/x: [-0.5, 1]/' tiny.yaml >wrong.yaml
@@ -242,7 +242,7 @@ refused "folder.yaml:1: base: . is a directory, not a scene" "$kith" run folder.
 refused "tiny.yaml:2: dimension: 1, but this program is the 2-D one" "$programs/kith-2d" run tiny.yaml
 refused "tiny.yaml:2: dimension: 1, but this program is the 3-D one" "$programs/kith-3d" plan tiny.yaml
 
-# ---- where results go. Root may write nearly anywhere, but not below a file, nor in /proc
+# ---- output directories; root may write nearly anywhere, but not below a file, nor in /proc
 for bad in tiny.yaml tiny.yaml/out /proc/kith /dev/null/out; do
   refused "" "$kith" run tiny.yaml --quiet -o "$bad"
 done
@@ -265,7 +265,7 @@ for scene in tiny over; do
 done
 same tiny.yaml kept.yaml
 
-# ---- checkpoints. What is in the directory stays as it is
+# ---- checkpoints; the files in the directory stay as they are
 ok "$kith" run tiny.yaml --quiet -o out --set output.checkpoint=5
 refused "which this run reads" "$kith" run tiny.yaml --quiet -o out --restart out/checkpoint.kith \
   --trace out/checkpoint.kith
@@ -299,7 +299,7 @@ printf 'not a history\n' >out/history.csv
 refused "history.csv: its columns are not step,time,dt," "$kith" run tiny.yaml "$@" $good
 mv kept.csv out/history.csv
 ok "$kith" run tiny.yaml "$@" $good
-# What the state does not depend on may change.
+# Settings that do not affect the state may change.
 ok "$kith" run tiny.yaml "$@" $good --set until=0.06 --set output.every=0.01 --set neighbor.search=grid \
   --set partition.name=morton --set resolution=50.0
 

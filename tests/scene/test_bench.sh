@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# test_bench.sh PROGRAMS: the figures of `kith bench` fit together, in every dimension and package, within the
-# last digit that is printed. Their size is that of a machine and a moment.
+# test_bench.sh PROGRAMS: the numbers that `kith bench` prints are consistent with each other, in every
+# dimension and package, within their last digit. Their size depends on the machine, and is not tested.
 source "$(dirname "$0")/common.sh"
 
 resolution=(0 200 20 9)
@@ -46,7 +46,7 @@ for dim in 1 2 3; do
   [[ ! -s differs ]] || wrong "kith-${dim}d bench: $(<differs)"
 done
 
-# What is wrong is told before anything is measured, with code 2.
+# Errors are reported before anything is measured, with code 2.
 for dim in 1 2 3; do
   bench=("$programs/kith-${dim}d" bench)
   [[ -x ${bench[0]} ]] || continue

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# test_chart.sh PROGRAMS INPUTS: charts and stress sweeps end to end: a small suite with a method that fails,
-# what is written, going on after a kill, and everything that is refused before anything runs.
+# test_chart.sh PROGRAMS INPUTS: charts and stress sweeps from end to end: a small suite with a method that
+# fails, the files that are written, continuing after a kill, and everything that is refused before a run.
 inputs=$(readlink -f "$2")
 source "$(dirname "$0")/common.sh"
 cp "$inputs/sod.yaml" .
@@ -21,8 +21,8 @@ reference_codes:
      norms: {density.l1: 0.03}}
 END_YAML
 
-# ---- refused: one line, code 2, nothing made
-# bad TEXT YAML...
+# ---- refused with one line and code 2, and nothing is created
+# bad TEXT YAML...: a suite of these lines is refused with TEXT
 bad() {
   printf '%s\n' "${@:2}" >bad.yaml
   refused "$1" "$kith" chart bad.yaml -o out
@@ -48,7 +48,7 @@ refused "nothere.yaml: No such file" "$kith" chart nothere.yaml
 refused "sod.yaml:3: a scene; a chart is of a suite" "$kith" chart sod.yaml -o out
 refused "did you mean 'mach'?" "$kith" stress mack -o out
 refused "kith: --set foo: unknown key" "$kith" stress mach --set foo=1 -o out
-# No method takes this Courant number, but the sweep would not use it.
+# no method can use this Courant number, but the sweep sets its own
 refused "--set scheme.cfl: this is what is varied" "$kith" stress cfl-sod --set scheme.cfl=2 -o out
 refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set resolution=40 -o out
 refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set 'resolution?=7' -o out
@@ -59,7 +59,7 @@ if ((EUID != 0)); then
   stopped 1 "Permission denied" "$kith" chart small.yaml -o locked/out
 fi
 
-# ---- a chart; a method that fails is a point, and the exit code says so
+# ---- a chart in which a method fails: its points are marked, and the exit code is 1
 "$kith" chart small.yaml -o out >stdout 2>stderr
 code=$?
 ((code == 1)) || wrong "a chart with failed runs ended with $code: $(<stderr)"
@@ -73,7 +73,8 @@ for text in '9 runs, 3 failed; out/chart.md' '## norms.density.l1' 'CPU-s at err
 done
 grep -q '^| A <code> & "more" |  | 50 | 0.03 | 0.05 | another machine | \(yes\|no\) |$' out/chart.md ||
   wrong "no table of other codes: $(<out/chart.md)"
-# A row of a method: two orders, costs at the error, and who is on the front; the most accurate run is on any.
+# The row of a method has two orders, costs at the error, and its runs on the Pareto front; the most accurate
+# run is always on it.
 number='[0-9.e+-]+'
 row="^\| (sph|alpha <1>) \| 0\.[0-9]+ \| 0\.[0-9]+ \| $number \| $number \| [0-9.]+ \|.* 200 \|.* 200 \|$"
 grep -Eq "$row" out/chart.md ||
@@ -89,19 +90,19 @@ if command -v gnuplot >/dev/null; then
   (($(grep -c '^plot .*alpha <1>.*A <code>' out/chart.gp) == 1)) || wrong "not one legend with all"
 fi
 
-# ---- once more: all is there, nothing runs, and the tables are the same
+# ---- a second time nothing runs, and the tables are the same
 cp -r out before
 "$kith" chart small.yaml -o out >stdout 2>stderr
 [[ ! -s stderr ]] || wrong "something ran again: $(<stderr)"
 same before/points.csv out/points.csv
 same before/chart.md out/chart.md
-# A comment in the scene changes nothing; a failure that was taken away is tried again.
+# A comment in the scene changes nothing; the result of a failed run that was removed is computed again.
 sed -i '1i # another text' sod.yaml
 rm -r out/runs/blows-up-50-*
 "$kith" chart small.yaml -o out >stdout 2>stderr
 (($(grep -c '^\[' stderr) == 1)) || wrong "instead of one failed run ran: $(<stderr)"
 
-# ---- killed on its way, it goes on with the rest
+# ---- after a kill only the missing runs are made
 rm -rf out
 "$kith" chart small.yaml -o out >/dev/null 2>&1 &
 chart=$!
@@ -115,15 +116,15 @@ done=$(find out/runs -maxdepth 1 \( -type d -name '*[0-9a-f]' -o -name '*.failed
 ((done >= 3 && done < 9)) || wrong "$done runs before the kill"
 "$kith" chart small.yaml -o out >stdout 2>stderr
 (($(grep -c '^\[' stderr) == 9 - done)) || wrong "after $done points ran: $(<stderr)"
-# What does not depend on the clock is the same as without the kill.
+# Values that do not depend on the clock are those without the kill.
 physics() { sed -E 's/("[^"]*",){2}"(ok|failed)","[^"]*","[^"]*",[^,]*,/&\n/' "$1" | grep -v '^"'; }
 physics before/points.csv | cmp -s - <(physics out/points.csv) || wrong "other points after the kill"
 
-# ---- what a scene is based on, the tables of its materials, and the programs: another one is another run
+# ---- a change of base scenes, tables of materials or programs makes new runs
 cp "$inputs/copper.table" .
 cp "$inputs"/copper-{piston,table}.yaml . # the second is over the first
 printf '%s\n' 'scene: copper-table.yaml' 'dimension: 1' 'settings: {until: 0.01}' 'resolution: [25]' >any.yaml
-# again RUNS COMMAND...: so many runs of the chart are new
+# again RUNS COMMAND...: the chart makes so many new runs
 again() {
   "${@:2}" >stdout 2>stderr
   (($(grep -c '^\[1/1\] .*: norms' stderr) == $1)) || wrong "instead of $1 new runs, ${*:2}: $(<stderr)"
@@ -149,7 +150,7 @@ stopped 2 "sod-suite.yaml:1: scene: no scene 'sod': no folder inputs above the p
 echo >>programs/bin/kith-1d
 again 1 programs/bin/kith chart any.yaml -o again
 
-# ---- a run that is killed, or fails without a word, is a failed point of this chart, and is tried again
+# ---- a run that is killed, or fails without a message, is a failed point of this chart, and is tried again
 mv programs/bin/kith-1d programs/bin/real
 cat >programs/bin/kith-1d <<'END'
 #!/bin/sh
@@ -166,11 +167,11 @@ for ends in killed silent; do
 done
 again 1 programs/bin/kith chart any.yaml -o again
 
-# ---- settings may be overridden; without methods there is the scene's own
+# ---- settings may be overridden; without methods the scene's own method is used
 printf '%s\n' 'scene: sod.yaml' 'dimension: 1' 'resolution: [25, 50, 100]' >any.yaml
 ok "$kith" chart any.yaml -o any --quiet --set until=0.05 --set scheme.cfl=0.25
 (($(wc -l <any/points.csv) == 4)) || wrong "not 3 points for a scene"
-# Without targets, costs are compared at the largest error of the finest runs, which all reach.
+# Without targets costs are compared at an error that all methods reach: the largest of their finest runs.
 (($(grep -cE '^\|.* (-|0) \|' any/chart.md) == 0)) || wrong "no costs in: $(<any/chart.md)"
 ok "$kith" chart list
 grep -q sod-1d stdout || wrong "no list of suites"
@@ -200,7 +201,7 @@ code=$?
 grep -Eq '^\| own +\| to 0.03 +\| none +\|$' stdout || wrong "another table: $(<stdout)"
 grep -q "^- no such package at 0.02: failed, --set method.package: 'xyz'" own/stress.md ||
   wrong "no reason: $(<own/stress.md)"
-# A measure that no report has, when the runs are there already.
+# A measure that is not in the report, when the runs exist already.
 sed 's/measure: time/measure: norms.densty.l1/' own.yaml >wrong.yaml
 "$kith" stress wrong.yaml --quiet -o own >stdout 2>stderr
 grep -q "^- default at 0.02: failed, no norms.densty.l1 in the report" own/stress.md ||

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# test_life.sh PROGRAMS: runs that go wrong, are stopped, are killed, or fill the disk; and that a restart
-# goes on as if nothing had happened: the same fields, snapshots, numbers and history, byte for byte.
+# test_life.sh PROGRAMS: runs that diverge, are stopped or killed, or fill the disk; and restarts, whose
+# fields, snapshots, reports and histories must be those of an uninterrupted run, byte by byte.
 source "$(dirname "$0")/common.sh"
 
 # ---- the run leaves the physical range: code 1, one line with node and reason, and a snapshot of the state
@@ -26,9 +26,9 @@ diverged "the time step collapsed to 1e-30" scheme.dt=1e-30
 diverged "the time step collapsed to 1.57415e-23 at time 0: node" "regions.1.velocity=[1e20]"
 diverged "time 0." scheme.dt=0.02 # not in the first step
 diverged "a node in it has search radius" "boundaries.x=[{kind: inflow, depth: 1}, outflow]" \
-  "regions.0.velocity=[1]" method.neighbors=10 # it names none
+  "regions.0.velocity=[1]" method.neighbors=10 # this message names no node
 
-# ---- nothing of the run before stays beside a run that fails
+# ---- results of an earlier run do not stay beside those of a run that fails
 rm -rf out
 ok "$kith" run tiny.yaml --quiet -o out
 touch out/{plot,growth,probe_p}.{gp,png,pdf} out/{contacts,growth}.csv out/plot_of_mine.png
@@ -36,27 +36,27 @@ stopped 1 "the time step collapsed" "$kith" run tiny.yaml --quiet -o out --set s
 [[ $(echo $(ls out)) == "history.csv plot_of_mine.png snapshot_0000.hdf snapshot_0001.hdf \
 snapshots.hdf.series" ]] || wrong "beside a run that failed: $(ls out)"
 
-# ---- an isothermal gas: its energy, which the pressure does not follow, may fall to any value
+# ---- in isothermal gas the energy has no effect on the pressure, and may become negative
 ok "$kith" run tiny.yaml --quiet -o out --until 0.2 --set materials.gas.eos=isothermal \
   --set regions.1.pressure=0.125
 rm -rf out
 
-# ---- a run that fails leaves its trace, whole
+# ---- a run that fails leaves a complete trace
 stopped 1 "energy is negative" "$kith" run tiny.yaml --quiet -o out --set scheme.dt=0.04 --trace out.json
 [[ $(head -1 out.json)$(tail -1 out.json) == "[]" ]] && grep -q '"path":"step/control"' out.json ||
   wrong "the trace of a run that failed is not whole"
 rm -rf out
 
-# ---- a parent that ignores how children end
+# ---- a parent process that ignores SIGCHLD
 ok env --ignore-signal=CHLD "$kith" run tiny.yaml --quiet -o out
 rm -rf out
 
-# ---- out of time
+# ---- the wall time is over
 stopped 1 "stopped; go on with --restart out/checkpoint.kith" \
   "$kith" run tiny.yaml --quiet -o out --set resolution=2000 --walltime 0.001
 rm -rf out
 
-# ---- nodes that come and go: the nodes of each step are what was updated
+# ---- with inflow and outflow, the nodes that each step reports are those that were updated
 ok "$kith" run tiny.yaml --quiet -o out --until 0.5 --set boundaries.x=[inflow,outflow] \
   --set regions.0.velocity=[1] --set regions.1.velocity=[1]
 number() { sed -n "s/^  \"$1\": \(.*\),$/\1/p" out/report.json; }
@@ -68,7 +68,7 @@ awk -F, -v told="$(number node_updates_per_second)" -v seconds="$(number wall_se
   out/history.csv || wrong "updates of nodes that come and go"
 rm -rf out
 
-# ---- walls give angular momentum: no drift is told
+# ---- walls give angular momentum to the gas, so no error is reported
 cat >walls.yaml <<'END'
 scene: walls
 dimension: 2
@@ -88,15 +88,15 @@ ok "$kith" run walls.yaml --quiet -o out --overwrite --set regions.1.barrier=fal
 [[ $(number angular_momentum_drift) != null ]] || wrong "angular momentum without walls"
 rm -rf out
 
-# ---- the uninterrupted run
-# What a report holds, but for date, command, seconds, bytes and the calls of stages, which a restart counts
-# from its own start.
+# ---- restarts, against the uninterrupted run
+# Prints what a report holds, except date, command, seconds, bytes and the calls of stages, which a restart
+# counts from its own start.
 counts() {
   sed '/"stages": {/,/^  }/d; /"peak_memory_bytes": {/,/}/d' "$1/report.json" |
     grep -v 'second\|bytes\|date\|command\|per_core'
 }
 
-# same_run A B: whatever two directories hold, but for that.
+# same_run A B: two directories hold the same results, except for these.
 same_run() {
   local file
   for file in $(cd "$1" && ls snapshot_*.hdf) snapshots.hdf.series checkpoint.kith; do
@@ -111,7 +111,7 @@ same_run() {
   fi
 }
 
-# Waits until the history of a run has so many rows; fails if the run ends first.
+# rows DIRECTORY N PROCESS: waits until the history of a run has N rows, or the run has ended.
 rows() {
   local n=0
   while ((n < $2)) && kill -0 "$3" 2>/dev/null; do
@@ -126,13 +126,13 @@ for rebuild in always displacement; do
   rm -rf whole
   ok "$kith" run tiny.yaml "$@" -o whole
 
-  # After a number of steps.
+  # Stopped after a number of steps.
   rm -rf parts
   for steps in 0 1 7 8 40; do
     restart=()
     if [[ -e parts ]]; then restart=(--restart parts/checkpoint.kith); fi
     ok "$kith" run tiny.yaml "$@" -o parts --steps $steps "${restart[@]}"
-    # What is read and written at once is the same file.
+    # A checkpoint that is read and written at once is the same file.
     rm -rf other
     ok "$kith" run tiny.yaml "$@" -o other --steps $steps --restart parts/checkpoint.kith
     same parts/checkpoint.kith other/checkpoint.kith
@@ -140,10 +140,10 @@ for rebuild in always displacement; do
   ok "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith
   same_run whole parts
 
-  # By a signal, twice.
+  # Stopped by a signal, twice.
   rm -rf parts
   "$kith" run tiny.yaml "$@" -o parts >stdout 2>stderr &
-  rows parts 20 $! && kill -TERM $! && kill -USR1 $! # both are one wish
+  rows parts 20 $! && kill -TERM $! && kill -USR1 $! # both signals count as one
   wait $!
   code=$?
   [[ $code == 1 &&
@@ -152,12 +152,12 @@ for rebuild in always displacement; do
   before=$(wc -l <parts/history.csv)
   "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith >stdout 2>stderr &
   rows parts $((before + 20)) $! && kill -INT $!
-  kill -TERM $! 2>/dev/null # background jobs of a script ignore INT
+  kill -TERM $! 2>/dev/null # INT is ignored by background jobs of a script
   wait $! && wrong "the second run was not stopped"
   ok "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith
   same_run whole parts
 
-  # Killed, again and again, wherever it was.
+  # Killed repeatedly, at any place.
   rm -rf parts
   restart=()
   for kill in 1 2 3 4; do
@@ -190,11 +190,11 @@ for scheme in rk2 cheap-rk2 verlet arkode; do
   done
 done
 
-# One run at a time in a directory, and none that forgets its checkpoint.
+# Only one run at a time may write to a directory, and no run may overwrite a checkpoint without being told.
 rm -rf parts
 "$kith" run tiny.yaml "$@" -o parts >stdout 2>stderr &
 rows parts 5 $!
-kill -STOP $! # it must not end meanwhile
+kill -STOP $! # so that it does not end meanwhile
 stopped 2 "parts: another run writes there" "$kith" run tiny.yaml "$@" -o parts
 kill -CONT $!
 wait $!
@@ -207,7 +207,7 @@ ok "$kith" run tiny.yaml "$@" -o parts --overwrite --steps 3
 for file in "${old[@]}"; do [[ ! -e $file ]] || wrong "$file of an earlier run stays"; done
 for file in "${mine[@]}"; do [[ -e $file ]] || wrong "$file goes"; done
 
-# A restart into another directory leaves the first one alone, and lists only the snapshots that are there.
+# A restart into another directory does not change the first one, and lists only snapshots that are there.
 rm -rf other parts
 ok "$kith" run tiny.yaml "$@" --steps 30 -o parts
 before=$(seen parts)
@@ -218,7 +218,7 @@ for file in $(grep -o 'snapshot_[0-9]*.hdf' other/snapshots.hdf.series); do
   [[ -e other/$file ]] || wrong "the series in another directory lists $file, which is not there"
 done
 
-# Nor does it go on with the tables and snapshots of a run that is already there.
+# It does not continue tables and snapshots of a run that is already there.
 stopped 2 "other: there is the checkpoint of an earlier run" \
   "$kith" run tiny.yaml "$@" -o other --restart parts/checkpoint.kith
 ok "$kith" run tiny.yaml "$@" -o mixed --set resolution=100
@@ -234,15 +234,15 @@ ok "$kith" run tiny.yaml --set scheme.dt=0.0025 --set until=0.05 --quiet -o equa
 grep -q ", 20 steps to t = 0.05" stdout ||
   wrong "20 equal steps: $(grep "steps to" stdout)"
 
-# ---- a disk that fills
+# ---- a full disk
 rm -rf whole
 set -- --quiet --set output.every=0.05 --set output.checkpoint=5 --set output.checkpoint_at_end=true \
   --set until=0.2 \
   --set scheme.dt=0.0001 --steps 1600
 ok "$kith" run tiny.yaml "$@" -o whole
 
-# stopped_full WHAT CODE TEXT: one line, nothing half-written, and the last good checkpoint, if it got that
-# far, goes on.
+# stopped_full WHAT CODE TEXT: the run ended with one line, left no partial file, and continues from the last
+# checkpoint, if there is one.
 stopped_full() {
   local what=$1 code=$2 text=$3
   if ((code != 1)) || [[ $(wc -l <stderr) != 1 ]] ||
@@ -257,8 +257,7 @@ stopped_full() {
 }
 settings=("$@") resumed=0
 
-# Files may not grow beyond so many KiB: first a snapshot is too large (room for it is claimed ahead), then
-# the history.
+# Limits the size of files: first a snapshot is too large (its room is reserved ahead), later the history.
 for ((limit = 1; resumed < 2 && limit < 500; limit += 1 + limit / 4)); do
   rm -rf parts
   (ulimit -f $limit && exec "$kith" run tiny.yaml "$@" -o parts) >/dev/null 2>stderr
@@ -266,7 +265,7 @@ for ((limit = 1; resumed < 2 && limit < 500; limit += 1 + limit / 4)); do
 done
 ((resumed == 2)) || wrong "the history never was too large"
 
-# What is printed has nowhere to go.
+# Standard output cannot be written.
 for words in "run tiny.yaml --quiet -o full" "plan tiny.yaml" "list" "validate list" "run --help"; do
   "$kith" $words >/dev/full 2>stderr
   code=$?
@@ -274,7 +273,7 @@ for words in "run tiny.yaml --quiet -o full" "plan tiny.yaml" "list" "validate l
     wrong "kith $words >/dev/full ended with $code; stderr: $(<stderr)"
 done
 
-# A file system of so many KiB, where one may be made.
+# A file system of limited size, where one can be mounted.
 if unshare -rm true 2>/dev/null; then
   used=$(du -sk whole | cut -f1)
   for room in 100 $((used / 2)) $((used * 3 / 4)); do

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# test_plan.sh PROGRAMS: `kith plan` and `kith list` on every scene and family; what they print is true and
-# fits 100 columns.
+# test_plan.sh PROGRAMS INPUTS: `kith plan` and `kith list` for every scene and family: what they print agrees
+# with the scene and with a run, and fits into 100 columns.
 inputs=$(readlink -f "$2")
 source "$(dirname "$0")/common.sh"
 
-# shown TEXT COMMAND...: ends with 0, its output holds TEXT (blanks and line ends squeezed), none is longer
-# than 100 columns; nothing is left. The same command again is not run again.
+# shown TEXT COMMAND...: the command ends with 0, its output contains TEXT (with blanks and line ends
+# squeezed) and no line above 100 columns, and no file is written. A repeated command is not run again.
 previous=
 shown() {
   local text=$1
@@ -72,8 +72,7 @@ shown "machine: of the scene" "$@" --ranks 4 --set partition.name=diffusion --se
 stopped 2 "out of range [0, inf)" "$@" --ranks 4 --set machine.latency=-1
 stopped 1 "a support does not converge" "$@" --set boundaries= --set method.neighbors=300
 
-# A kernel that cannot carry what it is given: a warning, and on it goes; what a kernel is given by default it
-# carries.
+# Too many neighbors for a kernel cause a warning, and the run continues; default numbers cause none.
 for verb in plan "run --quiet"; do
   "$kith" $verb tiny.yaml --set method.kernel=cubic --set method.neighbors=6 >stdout 2>stderr ||
     wrong "$verb stopped at a warning"
@@ -91,7 +90,7 @@ done
 [[ $(<stderr) == "kith: warning: materials.lead: no region is of this material" ]] ||
   wrong "plan warned: $(<stderr)"
 
-# A Courant number beyond what the package bears.
+# A Courant number that is too large for the package.
 "$kith" plan tiny.yaml --set method.package=mfm --set scheme.cfl=0.5 >stdout 2>stderr ||
   wrong "plan stopped at a large Courant number"
 [[ $(<stderr) == \
@@ -104,8 +103,9 @@ ok "$kith" run tiny.yaml --quiet -o run --steps 1
 [[ $planned == "$(awk -F, 'NR == 2 {printf "%.4g", $3}' run/history.csv)" ]] ||
   wrong "the first dt is not $planned"
 
-# What costs more than a second is calibrated: the steps of the plan are those of the run within a tenth, and
-# settings that save time can be run as they are printed. Not in a debug build, where it takes a minute.
+# Plans of runs above a second make a calibration run: their number of steps is that of the run within a
+# tenth, and settings that save time can be used as they are printed. Not in debug builds, where it takes a
+# minute.
 if [[ $("$kith" --version) != *Debug* ]]; then
   tube=("$inputs/sod.yaml" --threads 1 --set dimension=1 --set arrangement=equal-mass
     --set resolution=4000 --set until=0.1)
@@ -138,7 +138,7 @@ done
 shown "run SCENE" "$kith" --help
 shown "kith 0." "$kith" --version
 
-# A lattice that a mirror does not continue is told.
+# A warning tells that a mirror does not continue the lattice.
 for x in reflecting periodic; do
   "$kith" run "$inputs/sod.yaml" --set dimension=2 --set resolution=16 --set boundaries.x=$x \
     --steps 0 --quiet -o mirror --overwrite >stdout 2>$x

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# test_stages.sh PROGRAMS INPUTS: the manual has every stage that runs go through, and the stages of the first
-# level sum up to the whole program.
+# test_stages.sh PROGRAMS INPUTS: the manual describes every stage that runs go through, and the seconds of
+# the stages of the first level sum to those of the whole program.
 inputs=$(readlink -f "$2")
 source "$(dirname "$0")/common.sh"
 page=$inputs/../app/manual/stages.md
 
-# stages NAME WORD...: a run of a few steps, and the names in its trace that the page lacks.
+# stages NAME WORD...: makes a run of a few steps; all names in its trace must be in the manual.
 stages() {
   local name=$1
   shift
@@ -20,7 +20,7 @@ stages faces tiny.yaml --set method.package=mfm --set method.faces=integrated
 stages blocks tiny.yaml --set scheme.steps=block
 stages culled "$inputs/plate.yaml" --set resolution=40 --set output.plot=false
 
-# Seconds that are in no stage: 1 % of the program, or what a machine at work takes away.
+# About 1 % of the program is in no stage; on a busy machine up to 10 % are allowed.
 awk '/"program_seconds"/ {program = $2 + 0}
   /"stages": \{/ {inside = 1}
   inside && /^    "[a-z-]*": \{/ {top = 1}

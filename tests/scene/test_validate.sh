@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# test_validate.sh PROGRAMS: `kith validate` on files of one's own: what passes, what does not, and what is
-# wrong in a file.
+# test_validate.sh PROGRAMS INPUTS: `kith validate` on files of one's own: rows that pass, rows that fail, and
+# errors in files.
 inputs=$(readlink -f "$2")
-# Of what MPI leaks itself sanitizers say nothing: tests/mpi.
+# suppresses leaks of MPI, as tests/mpi does
 leaks=$(readlink -f "$(dirname "$0")/../mpi/leaks.supp")
 export LSAN_OPTIONS=suppressions=$leaks:print_suppressions=0 ASAN_OPTIONS=fast_unwind_on_malloc=0
 source "$(dirname "$0")/common.sh"
@@ -20,13 +20,14 @@ grep -q "^3 rows, 0 out of tolerance; [0-9]* s$" stdout || wrong "the sums: $(ta
 awk -F, '/^"short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"")}' v/validation.csv ||
   wrong "the table: $(cat v/validation.csv)"
 
-# Names and sources with commas and quotes are still one column.
+# Names and sources with commas and quotes are single columns.
 rows "${row/short/\'a, \"b\"\'}, at_most: 1, source: 'so \"they\", say'"
 ok "$kith" validate own.yaml -o quoted
 grep -q '^"a, ""b""",0\..*,"so ""they"", say",' quoted/validation.csv ||
   wrong "quotes: $(cat quoted/validation.csv)"
 
-# A figure as a document prints it: what is measured, rounded; one less in its last digit is another one.
+# A number as a document prints it passes if the measured value is rounded to it, and fails if its last digit
+# is one less.
 measured=$(awk -F, '/^"short/ {printf "%.3f", $2}' v/validation.csv)
 less=$(awk -F, '/^"short/ {printf "%.3f", $2 - 0.001}' v/validation.csv)
 rows "$row, prints: $measured" "${row/short/short2}, prints: 0.5" \
@@ -36,7 +37,7 @@ rows "$row, prints: $measured" "${row/short/short2}, prints: 0.5" \
 [[ $? == 3 && $(grep -c "^short.* = .* ok" stdout) == 3 ]] ||
   wrong "figures of a document: $(cat stdout stderr)"
 
-# A run that fails: no row that needs it has the results of a run before, or of an earlier validation.
+# After a run that fails, rows that need it do not use results of another run or of an earlier validation.
 end='output.checkpoint_at_end=true'
 after() {
   local short=${row/until=0.05/until=0.05 $end}
@@ -89,7 +90,7 @@ rows "$row, at_most: 1" 'name: slope, measure: order 2, at_least: 0.5'
 stopped 2 "rows.1.measure: 'order 2' of 1 rows above that measure at a resolution" "$kith" validate own.yaml
 rows "${row/resolution=50/resolution = 50}, at_most: 1"
 stopped 2 "own.yaml:2: rows.0.settings: 'resolution' is not key=value" "$kith" validate own.yaml
-# All scenes are right before the first one is run.
+# All scenes are checked before the first run.
 rows "$row, at_most: 1" \
   "name: wrong, dimension: 1, scene: sod, settings: method.package=foo, measure: steps, at_least: 1, steps: 2"
 stopped 2 "own.yaml:3: row wrong: --set method.package: 'foo' is not one of" "$kith" validate own.yaml -o none
@@ -121,7 +122,7 @@ cp "$kith" elsewhere/very/far/bin
 stopped 2 "no suite 'quick': no folder inputs/validation above the programs, in share/kith" \
   env -C elsewhere very/far/bin/kith validate
 
-# Ratios; runs of several ranks, and what is the same as another run.
+# Ratios; runs on several ranks, compared with another run.
 tube='dimension: 1, scene: sod, settings: "resolution=50 until=0.05"'
 rows "name: short, $tube, measure: steps / lifecycles_are_in_the_ledger, at_most: 1"
 "$kith" validate own.yaml -o v >stdout 2>stderr && wrong "a ratio with what is not there"
@@ -148,7 +149,7 @@ grep -q "^6 of 6 runs end in the same state" stdout || wrong "a group: $(tail -1
 grep -Eq "^a\.[123]\.[12]\.(kd|hilbert) .* same as a$" stdout || wrong "names of a group: $(cat stdout)"
 awk -F, '/^"b\.[123]\./ {n += ($14 > 0 && $15 > 0 && $16 != "\"\"" && $17 == "\"b\"" && $18 == 0)}
   END {exit !(n >= 3)}' v/validation.csv || wrong "the table: $(cat v/validation.csv)"
-# A row says bits where its group has a tolerance.
+# A row may require identical bits where its group has a tolerance.
 for same in 0.2 bits; do
   rows "over: {scheme.cfl: [0.29]}, same: 0.2, rows: [{name: a, $tube, same: $same}]"
   "$kith" validate own.yaml -o v >stdout 2>stderr
