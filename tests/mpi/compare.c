@@ -1,6 +1,7 @@
-/* compare A B TOLERANCE: all fields of two snapshots, node by node by id. The difference of a field is the
- * largest over its nodes, in units of its largest value in A. Prints the worst field; fails if it is beyond
- * the tolerance. TOLERANCE "bytes": files are equal. */
+/* compare A B TOLERANCE: compares all fields of two snapshots, node by node in order of their ids. The
+ * difference of a field is the largest over its nodes, divided by the largest value in A. Prints the field
+ * that differs most, and fails if it differs by more than the tolerance. With "bytes" in place of TOLERANCE,
+ * the files must be identical. */
 #include <hdf5.h>
 #include <math.h>
 #include <stdbool.h>
@@ -11,14 +12,14 @@
 struct snapshot {
   hid_t file, particles;
   hsize_t n;
-  size_t *by_id; /* row of the k-th id */
+  size_t *by_id; /* indices of nodes in order of their ids */
   long long *id;
 };
 
-static const long long *sort_ids;
+static const long long *ids_to_sort;
 
 static int by_id(const void *a, const void *b) {
-  const long long p = sort_ids[*(const size_t *)a], q = sort_ids[*(const size_t *)b];
+  const long long p = ids_to_sort[*(const size_t *)a], q = ids_to_sort[*(const size_t *)b];
   return (p > q) - (p < q);
 }
 
@@ -32,7 +33,7 @@ static int open_snapshot(struct snapshot *s, const char *path) {
   s->by_id = malloc(s->n * sizeof *s->by_id + 1);
   H5Dread(ids, H5T_NATIVE_LLONG, H5S_ALL, H5S_ALL, H5P_DEFAULT, s->id);
   for (size_t k = 0; k < s->n; ++k) s->by_id[k] = k;
-  sort_ids = s->id;
+  ids_to_sort = s->id;
   qsort(s->by_id, s->n, sizeof *s->by_id, by_id);
   H5Sclose(space), H5Dclose(ids);
   return 1;
@@ -56,7 +57,7 @@ static void close_snapshot(struct snapshot *s) {
   H5Gclose(s->particles), H5Fclose(s->file);
 }
 
-/* Infinite if one lacks the field or a value is no number in one of them only. */
+/* Infinite if one of them has no such field, or a value is NaN in only one of them. */
 static double difference(const struct snapshot *a, const struct snapshot *b, const char *name) {
   size_t columns = 0, other = 0;
   double *x = read_field(a, name, &columns), *y = read_field(b, name, &other), most = 0, worst = 0;
@@ -78,7 +79,7 @@ struct worst {
   char field[64];
 };
 
-static herr_t one(hid_t group, const char *name, const H5L_info_t *info, void *context) {
+static herr_t compare_field(hid_t group, const char *name, const H5L_info_t *info, void *context) {
   struct worst *w = context;
   (void)group, (void)info;
   const double d = difference(w->a, w->b, name);
@@ -87,7 +88,7 @@ static herr_t one(hid_t group, const char *name, const H5L_info_t *info, void *c
   return 0;
 }
 
-static int same_bytes(const char *one_path, const char *other_path) {
+static int identical_files(const char *one_path, const char *other_path) {
   FILE *a = fopen(one_path, "rb"), *b = fopen(other_path, "rb");
   long at = 0;
   int p = 0, q = 0;
@@ -101,14 +102,14 @@ static int same_bytes(const char *one_path, const char *other_path) {
 int main(int argc, char **argv) {
   struct snapshot a, b;
   if (argc != 4) return 2;
-  if (strcmp(argv[3], "bytes") == 0) return !same_bytes(argv[1], argv[2]);
+  if (strcmp(argv[3], "bytes") == 0) return !identical_files(argv[1], argv[2]);
   if (!open_snapshot(&a, argv[1]) || !open_snapshot(&b, argv[2])) return 2;
   if (a.n != b.n)
     return fprintf(stderr, "%llu nodes and %llu\n", (unsigned long long)a.n, (unsigned long long)b.n), 1;
   for (size_t k = 0; k < a.n; ++k)
     if (a.id[a.by_id[k]] != b.id[b.by_id[k]]) return fprintf(stderr, "the ids differ\n"), 1;
   struct worst w = {&a, &b, 0, ""};
-  H5Literate(a.particles, H5_INDEX_NAME, H5_ITER_INC, NULL, one, &w);
+  H5Literate(a.particles, H5_INDEX_NAME, H5_ITER_INC, NULL, compare_field, &w);
   printf("%.3g %s\n", w.difference, w.field);
   close_snapshot(&a), close_snapshot(&b);
   return !(w.difference <= atof(argv[3]));

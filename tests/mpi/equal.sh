@@ -1,8 +1,8 @@
 #!/bin/sh
-# equal.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY TOLERANCE RANKS SETTING...: a scene on one process and on
-# each number of RANKS (in quotes). The last snapshots agree, by id, within the tolerance ("bytes": to the
-# last byte, so do the first ones, norms, measures, probes and contacts), and energy is conserved where it is
-# compatible.
+# equal.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY TOLERANCE RANKS SETTING...: runs a scene on one process and
+# on each number of RANKS (in quotes). The last snapshots must agree, node by node, within TOLERANCE; with
+# "bytes", first and last snapshots, norms, measures, probes and contacts must be identical. If energy is
+# conserved by construction, it must be so to 1e-12 on every number of ranks.
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5 tolerance=$6 counts=$7
 shift 7
 words=

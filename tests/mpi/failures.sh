@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # failures.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY CASE: when one of 3 ranks fails in the middle of a run,
-# all of them end within seconds, and restarts from the last checkpoint, on 2 ranks and on 1, give what an
-# uninterrupted run gives. Skipped (77) where the case cannot be made.
-#   full-disk   the file system is full, while a snapshot is written and while a checkpoint is written
-#   file-size   the same where no file system can be made: files may not grow
+# all of them end within seconds, and restarts from the last checkpoint, on 2 ranks and on 1, give the fields
+# of an uninterrupted run to round-off. Skipped (77) where a case is impossible.
+#   full-disk   the file system is full while a snapshot or a checkpoint is written
+#   file-size   the same, by a limit on the size of files
 #   no-memory   a rank gets no more memory
 #   killed      a rank is killed
-#   waiting     a rank stands still for a while: the others say so (--watchdog), and go on with it
-#   stopped     by signals, and a rank is killed, where the program started mpirun itself
+#   waiting     a rank is suspended: the others report it (--watchdog), and continue when it does
+#   stopped     the program starts mpirun itself, and gets signals, or one of its ranks is killed
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5/$6
 source_of_scene=$(cd "$(dirname "$scene")" && pwd)/$(basename "$scene")
 rm -rf "$out" && mkdir -p "$out" && cd "$out" || exit 1
@@ -22,7 +22,7 @@ skip() {
   exit 77
 }
 
-# go RANKS DIRECTORY WORDS...: a run that must work.
+# go RANKS DIRECTORY WORDS...: a run that must succeed.
 go() {
   local ranks=$1 directory=$2
   shift 2
@@ -33,14 +33,15 @@ go() {
 step_of() { tail -1 "$1/history.csv" | cut -d, -f1; }
 last() { ls "$1"/snapshot_*.hdf | tail -1; }
 
-# ended WHAT CODE TEXT: with exit code 1 and one line; nothing half-written is left.
+# ended WHAT CODE TEXT: the run ended with code 1 and one line on stderr, and left no partial file.
 ended() {
   [[ $2 == 1 && $(grep -c '^kith:' stderr) == 1 ]] && grep -q "^kith:.*$3" stderr ||
     wrong "$1: ended with $2: $(<stderr)"
   ! compgen -G 'run/*.partial' >/dev/null || wrong "$1: half-written: $(ls run/*.partial)"
 }
 
-# goes_on WHAT: the checkpoint of `run` on the numbers of ranks in `restarts`. Round-off grows with the steps.
+# goes_on WHAT: continues from the checkpoint of `run` on each number of ranks in `restarts`, and compares
+# with an uninterrupted run. Both sum in different orders: 1e-11 allows for round-off.
 restarts="2 1"
 goes_on() {
   [[ -s run/checkpoint.kith ]] || { wrong "$1: no checkpoint"; return; }
@@ -55,7 +56,7 @@ goes_on() {
   rm -rf whole again
 }
 
-# Writes the number of its process, then becomes the program.
+# Writes the process id, and becomes the program.
 self='echo $$ >pid.$OMPI_COMM_WORLD_RANK; exec "$@"'
 start() {
   rm -rf run pid.*
@@ -63,7 +64,7 @@ start() {
     -o run "$@" >stdout 2>stderr &
   job=$!
 }
-# Until there is a checkpoint and the run is beyond it.
+# Waits until the run has written a checkpoint, and made some more steps.
 wait_for_steps() {
   while kill -0 $job 2>/dev/null && [[ ! -s run/checkpoint.kith ]]; do sleep 0.05; done
   local now
@@ -71,8 +72,8 @@ wait_for_steps() {
   while kill -0 $job 2>/dev/null && [[ $(step_of run) -le $((now + 2)) ]]; do sleep 0.02; done
   kill -0 $job 2>/dev/null || wrong "the run ended by itself: $(<stderr)"
 }
-# Stops rank 0, which writes the history, between two outputs, which are 20 steps apart: a limit that is set
-# then meets the next output as a whole.
+# Suspends rank 0, which writes the history, between two outputs (these are 20 steps apart), so that a limit
+# that is set now meets the next output from its first byte.
 hold_between_outputs() {
   local step process
   process=$(<pid.0)
@@ -85,9 +86,9 @@ hold_between_outputs() {
   done
   wrong "the run ended by itself: $(<stderr)"
 }
-# What is killed but not yet waited for is gone.
+# is_there PROCESS: a process that was killed but not yet waited for does not count.
 is_there() { grep -q '^State:[[:space:]]*[^ZX]' "/proc/$1/status" 2>/dev/null; }
-# finish WHAT: all ranks end within 20 seconds; sets `code`.
+# finish WHAT: all ranks must end within 20 seconds; sets `code`.
 finish() {
   local rank tries
   (sleep 20 && kill $job) >/dev/null 2>&1 &
@@ -103,7 +104,7 @@ finish() {
   done
 }
 
-# full WHAT KIB SETTING...: on a file system of that size.
+# full WHAT KIB SETTING...: a run on a file system of so many KiB.
 full() {
   local what=$1 room=$2 words=()
   shift 2
@@ -118,7 +119,7 @@ full() {
   ended "$what" $code "$what.*: cannot write: No space left on device"
   goes_on "$what" "${words[@]}"
 }
-# limited RANK WHAT TEXT SETTING...: files of this rank may not grow beyond 128 KiB, from some step on.
+# limited RANK WHAT TEXT SETTING...: in the middle of a run, files of one rank are limited to 128 KiB.
 limited() {
   local rank=$1 what=$2 text=$3 words=()
   shift 3
@@ -138,9 +139,9 @@ case $6 in
     unshare -rm true 2>/dev/null || skip "no namespaces here"
     go 3 sizes --steps 4 --set output.checkpoint=2
     snapshot=$(du -k "$(last sizes)" | cut -f1) checkpoint=$(du -k sizes/checkpoint.kith | cut -f1)
-    # Room for the first snapshot and two checkpoints and a half: the third is cut short.
+    # Enough for the first snapshot and two and a half checkpoints: the third one fails.
     full checkpoint.kith $((16 + snapshot + checkpoint * 5 / 2)) output.checkpoint=20
-    # Room for two snapshots and half of the third, of which each is larger than a checkpoint.
+    # Enough for two and a half snapshots; each is larger than a checkpoint.
     full snapshot_ $((16 + snapshot * 5 / 2 + checkpoint * 5 / 2)) output.checkpoint=20 output.every=1.1e-4
     ;;
   file-size)
@@ -152,7 +153,8 @@ case $6 in
     ;;
   no-memory)
     command -v prlimit >/dev/null || skip "no prlimit here"
-    # The dense half of the tube has two thirds of the nodes: rank 2 gets nodes with every balance check.
+    # Two thirds of the nodes are in the dense half of the tube: with every balance check rank 2 gets more
+    # nodes.
     grow=(--set output.checkpoint=20 --set resolution=40000 --set scheme.dt=1e-6
       --set partition.name=diffusion --set partition.every=1
       --set partition.imbalance=1 --set partition.cells=100)
@@ -188,7 +190,7 @@ case $6 in
     finish "a rank that stood still"
     ;;
   stopped)
-    # stop WHAT SIGNAL...: of a run on 3 ranks; sets `code`.
+    # stop WHAT SIGNAL...: a run on 3 ranks gets the signals; "rank" kills one of its ranks. Sets `code`.
     stop() {
       local what=$1
       shift
@@ -197,7 +199,7 @@ case $6 in
         --set output.checkpoint=20 >stdout 2>stderr &
       job=$!
       wait_for_steps
-      ruler=$(pgrep -P $job) # `timeout` would end its child by itself
+      ruler=$(pgrep -P $job) # a signal to `timeout` itself would end the run differently
       for signal; do
         [[ $signal == rank ]] || kill "-$signal" "$ruler"
         [[ $signal != rank ]] || pkill -KILL -n -f "$source_of_scene --ranks 3"

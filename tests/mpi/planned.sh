@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# planned.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY RANKS SETTING...: ghosts, messages and bytes in
-# `plan --ranks` are those of a run, whose profile and trace show all ranks.
+# planned.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY RANKS SETTING...: ghosts, messages and bytes that `plan`
+# announces are those of a run; profile and trace of this run include all ranks.
 set -euo pipefail
 mpirun=$1 program=$2 scene=$4 out=$5 ranks=$6
 shift 6
@@ -10,14 +10,14 @@ rm -rf "$out" && mkdir -p "$out"
 $mpirun -n "$ranks" "$program" run "$scene" "${settings[@]}" --set output.plot=false --steps 4 --quiet \
   --profile --trace "$out/trace" -o "$out" >"$out/profile"
 "$program" plan "$scene" "${settings[@]}" --ranks "$ranks" >"$out/plan"
-# number KEY: the mean of all ranks, or the number itself.
+# number KEY: a number in the report; of a distribution over ranks, its mean.
 number() {
   awk -v key="\"$1\":" '
     $1 == key {inner = $2 == "{"; if (!inner) value = $2}
     inner && $1 == "\"mean\":" {value = $2; inner = 0}
     END {print value + 0}' "$out/report.json"
 }
-# near WHAT RUN PLAN SHARE MORE: they differ by no more than this share, and so much more.
+# near WHAT RUN PLAN SHARE MORE: run and plan differ by at most SHARE of the run's number plus MORE.
 near() {
   awk -v run="$2" -v plan="$3" -v share="$4" -v more="$5" \
     'BEGIN {d = run - plan; exit !(run > 0 && (d < 0 ? -d : d) <= more + share * run)}' ||
@@ -33,7 +33,7 @@ while read -r stage; do
   grep -qF "$stage" "$out/report.json" || { echo "the report lacks a stage of a rank: $stage" && exit 1; }
 done <"$out/stages"
 grep -q "remote_ghosts_kept" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
-# Four collective calls a step; one more where the balance is checked, one step in 20.
+# There are four collective calls per step, and one more in one step of 20, to check the balance.
 case "${settings[*]}" in
   *scheme* | *method*) ;;
   *)
@@ -42,15 +42,16 @@ case "${settings[*]}" in
     ;;
 esac
 planned() { awk -v column="$1" '$1 == "kd" {print $column}' "$out/plan"; }
+# of_a_list KEY: the number per rank and rebuild of lists.
 of_a_list() {
   awk -v all="$(number "$1")" -v lists="$(number lifecycles)" -v n="$ranks" 'BEGIN {print all / lists / n}'
 }
-# The plan rounds to whole nodes a rank; steps move a node in a hundred across a face. Where ghosts have rows
-# and overlap, some more are kept for these.
+# The plan rounds to whole nodes per rank, and steps move about 1 % of the nodes to another rank. Where ghosts
+# have rows, and these overlap, a few more ghosts are kept.
 share=0.01
 [[ ${settings[*]} == *integrated* ]] && share=0.05
 near ghosts "$(of_a_list remote_ghosts_kept)" "$(planned 3)" $share 1
-# Messages and bytes of a rank and step, but for those of nodes that move to another rank.
+# Messages and bytes per rank and step; the plan has none for nodes that move to another rank.
 near messages "$(number messages_per_step)" "$(planned 7)" 0.02 1
 bytes=$(awk 'BEGIN {unit["B"] = 1; unit["KiB"] = 1024; unit["MiB"] = 1048576}
   $1 == "kd" {print $8 * unit[$9]}' "$out/plan")

@@ -1,7 +1,7 @@
 #!/bin/sh
-# restart.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY SETTING...: 3 ranks write a checkpoint after step 10.
-# Restarted and run to step 20, 3 ranks give bitwise what an uninterrupted run gives, 1 and 4 ranks give it to
-# round-off, and all of them bitwise if SETTINGs say reproducible=true.
+# restart.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY SETTING...: 3 ranks write a checkpoint after step 10, and
+# runs restart from it and continue to step 20. On 3 ranks their fields are those of an uninterrupted run, bit
+# by bit; on 1 and 4 ranks to round-off, or bit by bit if SETTINGs have reproducible=true.
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5
 shift 5
 words=

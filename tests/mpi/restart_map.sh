@@ -1,9 +1,9 @@
 #!/bin/sh
-# restart_map.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY PARTITIONERS SETTING...: with each of the PARTITIONERS
-# (in quotes; "all": those that are available), the balance is checked, and nodes are redistributed, whenever
-# lists are rebuilt. 3 ranks write a checkpoint after step 6. Restarted and run to step 12, they give bitwise
-# what an uninterrupted run gives, map, order of nodes and ledger included: the checkpoints of step 12 are the
-# same file.
+# restart_map.sh MPIRUN PROGRAM COMPARE SCENE DIRECTORY PARTITIONERS SETTING...: restarts where the map of
+# cells to ranks changes with every rebuild of lists, for each of the PARTITIONERS (in quotes; "all": those
+# that are available). 3 ranks write a checkpoint after step 6. A restart from it to step 12 gives the fields
+# of an uninterrupted run bit by bit, and its checkpoint, with map, order of nodes and ledger, is the same
+# file.
 mpirun=$1 program=$2 compare=$3 scene=$4 out=$5 names=$6
 shift 6
 words="--set output.plot=false --set output.checkpoint=6 --set partition.every=1 --set partition.imbalance=1"
@@ -32,7 +32,7 @@ for words_of_name in $names; do # NAME,KEY=VALUE,KEY=VALUE
     { echo "$name: the checkpoints differ"; failed=1; }
   made=$(sed -n '/"repartitions"/ {s/.*: \([0-9]*\).*/\1/p; q}' "$out/whole/report.json")
   count=$((count + 1))
-  [ "$made" -eq 0 ] || tried=$((tried + 1)) # cart never makes one, others may have converged
+  [ "$made" -eq 0 ] || tried=$((tried + 1)) # cart never makes one, and others may have converged
 done
 [ $tried -ge $((count * 6 / 10)) ] && [ $tried -ge 2 ] ||
   { echo "only $tried partitioners made a map"; failed=1; }

@@ -1,4 +1,6 @@
-/* Run by mpirun: agreements whose answer comes later, and what is sent while it is open or was a failure. */
+/* Run by mpirun: agreements between ranks (lib/comm) that are started and finished later: sums, maxima and
+ * failures arrive at all ranks, and messages that are sent in between are not confused with them. Results are
+ * known from the numbers of ranks. */
 #include <string.h>
 #include "lib/comm/ranks.h"
 #include "tests/check.h"
@@ -13,20 +15,20 @@ static int left(void) {
   return (kith_ranks_rank(ranks) + size - 1) % size;
 }
 
-/* Gives its number to the rank on the right: what came from the left. */
-static int64_t pass_on(void) {
+/* Sends the number of this rank to the right; returns the number that arrives from the left. */
+static int64_t send_right(void) {
   int64_t mine = kith_ranks_rank(ranks), from = -1;
   const struct kith_message out = {right(), &mine, sizeof mine}, in = {left(), &from, sizeof from};
   CHECK_OK(kith_ranks_exchange(ranks, 1, &out, 1, &in));
   return from;
 }
 
-static void test_parts(void) {
+static void test_sum_and_max(void) {
   const int64_t size = kith_ranks_size(ranks);
   int64_t count = 1 + kith_ranks_rank(ranks);
   double most = (double)count;
   const struct kith_shared parts[] = {{KITH_SHARE_SUM, 1, &count}, {KITH_SHARE_MAX, 1, &most}};
-  CHECK_OK(kith_ranks_finish_agree(ranks)); /* of nothing */
+  CHECK_OK(kith_ranks_finish_agree(ranks)); /* none was started */
   CHECK_OK(kith_ranks_start_agree(ranks, KITH_OK, 2, parts));
   CHECK(count == 1 + kith_ranks_rank(ranks));
   CHECK_OK(kith_ranks_finish_agree(ranks));
@@ -34,14 +36,14 @@ static void test_parts(void) {
   CHECK(most == (double)size);
 }
 
-/* A message, another agreement, and a maximum each end the one that is open. */
-static void test_settled_by_others(void) {
+/* A message, another agreement, or a maximum finishes the agreement that was started before. */
+static void test_finished_by_others(void) {
   const int64_t size = kith_ranks_size(ranks);
   for (int how = 0; how < 3; ++how) {
     int64_t first = 1, second = 2;
     double most = kith_ranks_rank(ranks);
     CHECK_OK(kith_ranks_start_agree(ranks, KITH_OK, 1, &(struct kith_shared){KITH_SHARE_SUM, 1, &first}));
-    if (how == 0 && size > 1) CHECK(pass_on() == left());
+    if (how == 0 && size > 1) CHECK(send_right() == left());
     if (how == 1)
       CHECK_OK(kith_ranks_agree(ranks, KITH_OK, 1, &(struct kith_shared){KITH_SHARE_SUM, 1, &second}));
     if (how == 2) kith_ranks_max(ranks, &most, 1);
@@ -53,7 +55,7 @@ static void test_settled_by_others(void) {
   }
 }
 
-/* The last rank fails, and takes no part in what the others do before they know. */
+/* The last rank fails, and skips the messages and sums that the others make before they know of it. */
 static void test_failure(int how) {
   const int size = kith_ranks_size(ranks);
   const bool fails = kith_ranks_rank(ranks) == size - 1;
@@ -65,7 +67,7 @@ static void test_failure(int how) {
   if (!fails) {
     double most = 5;
     CHECK_OK(status);
-    CHECK(pass_on() == -1);
+    CHECK(send_right() == -1);
     kith_ranks_max(ranks, &most, 1);
     CHECK(most == 5);
     for (int k = 0; k < 8; ++k) from[k] = -1;
@@ -80,16 +82,16 @@ static void test_failure(int how) {
   snprintf(wanted, sizeof wanted, "rank %d: too wide", size - 1);
   CHECK(strstr(kith_failure(), wanted) != NULL);
   CHECK(kith_ranks_status_is_shared(ranks));
-  CHECK_OK(kith_ranks_finish_agree(ranks)); /* told once */
-  CHECK(pass_on() == left());
+  CHECK_OK(kith_ranks_finish_agree(ranks)); /* the failure is reported only once */
+  CHECK(send_right() == left());
 }
 
 int main(void) {
   CHECK_OK(kith_ranks_create(&ranks));
-  test_parts();
-  test_settled_by_others();
+  test_sum_and_max();
+  test_finished_by_others();
   for (int how = 0; how < 3; ++how) test_failure(how);
-  test_parts();
+  test_sum_and_max();
   const int failed = kith_ranks_any(ranks, check_failed() != 0);
   kith_ranks_destroy(&ranks);
   return failed;

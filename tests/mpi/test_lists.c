@@ -1,6 +1,7 @@
-/* Run by mpirun. Every rank also runs the whole scene by itself; in reproducible mode both agree to the last
- * bit, so rows can be compared entry by entry, by id and image, and the ghosts that a rank must have can be
- * counted from the rows of the whole. */
+/* Run by mpirun: neighbor lists and remote ghosts of several ranks. Every rank also runs the whole scene by
+ * itself; in reproducible mode both have identical bits, so that rows are compared entry by entry, by id and
+ * image. The remote ghosts that a rank must have, and no others, follow from distances, or from the rows of
+ * the whole. */
 #include "lib/comm/ranks.h"
 #include "tests/unit/oracle.h"
 #include "tests/unit/scenario.h"
@@ -8,8 +9,8 @@
 
 static struct kith_ranks *ranks;
 
-/* Periodic, reflecting and open sides, two materials, supports that differ, nodes that stream from rank to
- * rank. */
+/* Periodic, reflecting and open sides, two materials, supports of different size, nodes that move from rank
+ * to rank. */
 static const char box[] =
     "scene: box\n"
     "dimension: 3\n"
@@ -25,7 +26,7 @@ static const char box[] =
     "energy: {energy: 1, center: [0.4, 0.55, 0.6], over: ball, radius: 0.25}\n"
     "until: 1\n";
 
-/* As many images as it takes: two axes are thinner than a support. */
+/* Nodes have many images: two axes are shorter than a support. */
 static const char thin[] =
     "scene: thin\n"
     "dimension: 3\n"
@@ -56,16 +57,16 @@ static int32_t *owners(const struct scenario *shared, kith_index n) {
   for (kith_index i = 0; i < nodes->n_internal; ++i) of[nodes->id->i64[i]] += 1 + kith_ranks_rank(ranks);
   kith_ranks_sum(ranks, of, n);
   for (kith_index id = 0; id < n; ++id) {
-    CHECK(of[id] >= 1 && of[id] <= kith_ranks_size(ranks)); /* neither lost nor doubled */
+    CHECK(of[id] >= 1 && of[id] <= kith_ranks_size(ranks)); /* each node is on one rank */
     owner[id] = (int32_t)of[id] - 1;
   }
   free(of);
   return owner;
 }
 
-/* The same partners, by id and image, in the same order. */
-static bool same_row(const struct scenario *whole, kith_index i, const struct scenario *shared,
-                     kith_index k) {
+/* Row i of the whole and row k of this rank have the same neighbors, by id and image, in the same order. */
+static bool rows_agree(const struct scenario *whole, kith_index i, const struct scenario *shared,
+                       kith_index k) {
   const struct kith_rows *a = &whole->simulation->connectivity->rows,
                          *b = &shared->simulation->connectivity->rows;
   const struct kith_nodes *m = whole->simulation->nodes, *n = shared->simulation->nodes;
@@ -81,7 +82,7 @@ static bool same_row(const struct scenario *whole, kith_index i, const struct sc
   return true;
 }
 
-/* The same by distances alone. */
+/* Whether two nodes interact, by their distance. */
 static bool interacts(const struct kith_nodes *nodes, kith_index i, kith_index j) {
   const double search_radius = fmax(nodes->search_radius->f64[i], nodes->search_radius->f64[j]);
   double d2 = 0;
@@ -98,10 +99,10 @@ static bool in_row(const struct kith_rows *rows, kith_index i, kith_index j) {
   return false;
 }
 
-/* Nodes and images of others, in the whole, that this rank's nodes interact with: what it must have as remote
- * ghosts, and no more. By brute force where the lists are of the present positions, else from the rows of the
+/* The number of remote ghosts that this rank must have: of nodes and images of other ranks, in the whole,
+ * that its nodes interact with. By distances if lists are of the present positions, else by the rows of the
  * whole. */
-static kith_index needed(const struct scenario *whole, const int32_t *owner) {
+static kith_index needed_ghosts(const struct scenario *whole, const int32_t *owner) {
   const struct kith_nodes *nodes = whole->simulation->nodes;
   const bool lasting = kith_rebuilds_lasting(&whole->simulation->rebuilds);
   const int me = kith_ranks_rank(ranks);
@@ -116,22 +117,23 @@ static kith_index needed(const struct scenario *whole, const int32_t *owner) {
   return count;
 }
 
-static kith_index remote(const struct kith_nodes *nodes) {
+/* The number of remote ghosts of this rank. */
+static kith_index remote_ghosts(const struct kith_nodes *nodes) {
   kith_index count = 0;
   for (int b = 0; b < nodes->n_blocks; ++b)
     if (nodes->blocks[b].kind == KITH_GHOST_REMOTE) count += nodes->blocks[b].count;
   return count;
 }
 
-/* A pair of scenarios at the same step. */
+/* Compares two scenarios at the same step. */
 static void compare(const struct scenario *whole, const struct scenario *shared, const char *what) {
   const struct kith_nodes *all = whole->simulation->nodes, *mine = shared->simulation->nodes;
   int64_t most;
-  kith_index *place = scenario_places(whole, &most), wrong = 0;
+  kith_index *place = scenario_indices(whole, &most), wrong = 0;
   int32_t *owner = owners(shared, all->n_internal);
   for (kith_index k = 0; k < mine->n_internal; ++k)
-    if (!same_row(whole, place[mine->id->i64[k]], shared, k)) ++wrong;
-  const kith_index wanted = needed(whole, owner), have = remote(mine);
+    if (!rows_agree(whole, place[mine->id->i64[k]], shared, k)) ++wrong;
+  const kith_index wanted = needed_ghosts(whole, owner), have = remote_ghosts(mine);
   if (wrong > 0 || wanted != have)
     fprintf(stderr, "rank %d, %d-D, %s: %d rows differ; %d remote ghosts, needed are %d\n",
             kith_ranks_rank(ranks), NDIM, what, wrong, have, wanted);
@@ -140,8 +142,8 @@ static void compare(const struct scenario *whole, const struct scenario *shared,
   free(owner);
 }
 
-/* Before and after repartitions: every settlement makes a new map, if the partitioner has one. */
-static void follow(const char *yaml, const char *settings, int steps) {
+/* Compares the lists of every step. Where settings say so, all rebuilds of lists make a new map. */
+static void lists_of_all_steps(const char *yaml, const char *settings, int steps) {
   struct scenario whole, shared;
   if (scenario_open(&whole, yaml, "%s", settings) && open_shared(&shared, yaml, settings)) {
     CHECK_OK(scenario_start(&whole));
@@ -168,12 +170,12 @@ static void all_partitioners(void) {
     snprintf(settings, sizeof settings,
              "reproducible=true partition.name=%s partition.every=1 partition.imbalance=1 partition.cells=40",
              kith_partitioner_all()[p]->name);
-    follow(box, settings, 4);
+    lists_of_all_steps(box, settings, 4);
   }
 }
 
-/* A node that goes wrong on one rank: all hear of it, and nobody waits. */
-static void one_fails(void) {
+/* A node of one rank diverges: all ranks get its message. */
+static void one_diverges(void) {
   struct scenario s;
   const int bad = kith_ranks_size(ranks) - 1;
   char words[32];
@@ -195,8 +197,8 @@ static kith_status planted_ghosts(struct kith_boundary *boundary, struct kith_no
 static const struct kith_boundary_ops planted = {
     .name = "planted", .doc = "fails on one rank", .ghosts = planted_ghosts};
 
-/* A rank that fails where neighbors wait for its messages, or between two steps (then by a file): all end
- * with its failure. */
+/* One rank fails while its neighbors wait for messages, or between two steps (as when a file cannot be
+ * written): all end with its failure. */
 static void one_fails_among_messages(void) {
   struct scenario s;
   const int bad = kith_ranks_size(ranks) - 1;
@@ -209,7 +211,7 @@ static void one_fails_among_messages(void) {
     if (between) {
       if (kith_ranks_rank(ranks) == bad)
         s.simulation->integrator.pending = kith_fail(KITH_DIVERGED, "planted");
-    } else { /* the ranks' own boundary stays the last one */
+    } else { /* the boundary between ranks stays the last one */
       CHECK_OK(kith_boundaries_add(all, &planted, 0, 0, 1, false, false));
       struct kith_boundary *last = all->boundary[all->n - 1];
       all->boundary[all->n - 1] = all->boundary[all->n - 2], all->boundary[all->n - 2] = last;
@@ -221,7 +223,7 @@ static void one_fails_among_messages(void) {
   }
 }
 
-/* Processes of a program that has its own communicator: they end without ending MPI. */
+/* Ranks on the communicator of a caller, which is not freed with them. */
 static void callers_communicator(void) {
   struct kith_ranks *those;
   if (ranks == NULL) return;
@@ -231,7 +233,7 @@ static void callers_communicator(void) {
   kith_ranks_destroy(&those);
 }
 
-/* --- lists with targets and sources of their own --- */
+/* --- lists whose targets and sources differ --- */
 
 static void count_pairs(void *context, const struct kith_neighbors *neighbors, struct kith_tally *tally) {
   const double *x = ((const struct kith_nodes *)context)->position->f64;
@@ -243,7 +245,7 @@ static void count_pairs(void *context, const struct kith_neighbors *neighbors, s
   }
 }
 
-/* Pairs of all ranks, and the sum of their distances squared. */
+/* The number of pairs on all ranks, and the sum of their squared distances. */
 static void sum_pairs(const struct kith_list_spec *spec, struct kith_reducer sums[2]) {
   struct kith_list *list;
   enum kith_rebuild_reason why;
@@ -254,7 +256,7 @@ static void sum_pairs(const struct kith_list_spec *spec, struct kith_reducer sum
   kith_list_destroy(&list);
 }
 
-static void table_of_six_boxes(void) {
+static void pairs_of_six_boxes(void) {
   for (int relation = 0; relation < 4; ++relation)
     for (int chain = 0; chain < 4; ++chain) {
       struct kith_nodes *nodes = six_boxes(kith_ranks_rank(ranks), kith_ranks_size(ranks));
@@ -271,7 +273,8 @@ static void table_of_six_boxes(void) {
     }
 }
 
-/* Of one material near another: on all ranks together what one process finds, by distances alone. */
+/* Lists of nodes of one material with neighbors of another: all ranks together have the pairs that one
+ * process has, and those that have the distances of a brute-force sum. */
 static void lists_between_materials(void) {
   struct scenario s[2] = {{0}};
   struct kith_reducer sums[2][2], oracle[2] = {{KITH_COUNT, 0}, {KITH_SUM, 0}};
@@ -309,8 +312,8 @@ static void lists_between_materials(void) {
   scenario_close(&s[0]);
 }
 
-/* What happens on one rank makes the lists of all again. */
-static void updates_together(void) {
+/* Lists of all ranks are rebuilt for a reason on one rank. */
+static void rebuilds_together(void) {
   struct kith_nodes *nodes = six_boxes(kith_ranks_rank(ranks), kith_ranks_size(ranks));
   struct kith_search *search;
   struct kith_excluder excluder[2];
@@ -337,9 +340,9 @@ static void updates_together(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Lists that are patched after a cull are those built of what is left, byte for byte, also where nodes have
- * just come and gone: positions are still those that they were made from. */
-static void patched_is_rebuilt(void) {
+/* Lists from which unneeded ghosts were culled are identical to lists that are built anew without these, also
+ * just after nodes appeared or left: positions are still those that lists were built from. */
+static void culled_lists_are_rebuilt_lists(void) {
   static const char stream[] =
       "scene: stream\ndimension: 1\nresolution: {1d: 40, 2d: 8, 3d: 5}\n"
       "domain: {lower: [0, 0, 0], upper: [1, 1, 1], across: {1d: 1, 2d: 6, 3d: 4}}\n"
@@ -355,7 +358,7 @@ static void patched_is_rebuilt(void) {
     CHECK_OK(kith_connectivity_create(&again));
     CHECK_OK(kith_search_update(it->search));
     CHECK_OK(kith_connectivity_build(again, it->nodes, it->search, it->need, NULL, NULL));
-    CHECK(oracle_same(it->connectivity, again));
+    CHECK(oracle_identical(it->connectivity, again));
     kith_connectivity_destroy(&again);
   }
   count[0] = it->ledger.because[KITH_BECAUSE_entity_change], count[1] = it->ledger.ghosts_culled;
@@ -367,16 +370,16 @@ static void patched_is_rebuilt(void) {
 int main(void) {
   CHECK_OK(kith_ranks_create(&ranks));
   callers_communicator();
-  table_of_six_boxes();
+  pairs_of_six_boxes();
   lists_between_materials();
-  updates_together();
+  rebuilds_together();
   all_partitioners();
-  patched_is_rebuilt();
-  follow(thin, "reproducible=true", 3);
-  follow(box, "reproducible=true connectivity.rebuild=displacement", 6);
-  follow(box, "reproducible=true partition.cells=1", 2);
-  follow(thin, "reproducible=true resolution=3", 2); /* fewer nodes than ranks */
-  if (kith_ranks_size(ranks) > 1) one_fails();
+  culled_lists_are_rebuilt_lists();
+  lists_of_all_steps(thin, "reproducible=true", 3);
+  lists_of_all_steps(box, "reproducible=true connectivity.rebuild=displacement", 6);
+  lists_of_all_steps(box, "reproducible=true partition.cells=1", 2);
+  lists_of_all_steps(thin, "reproducible=true resolution=3", 2); /* 3 nodes in 1-D, fewer than 8 ranks */
+  if (kith_ranks_size(ranks) > 1) one_diverges();
   if (kith_ranks_size(ranks) > 1) one_fails_among_messages();
   const int failed = kith_ranks_any(ranks, check_failed() != 0);
   kith_ranks_destroy(&ranks);

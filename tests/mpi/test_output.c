@@ -1,5 +1,6 @@
-/* Run by mpirun: nodes that lie on several ranks, some of which have none, in files. What rank 0 reads back,
- * and what it writes when all nodes are its own, is known from their ids alone. */
+/* Run by mpirun: checkpoints and snapshots of nodes that are spread over several ranks, one of which has
+ * none. The oracle is the id of a node, from which all its values follow: they are compared when rank 0, or
+ * every rank, reads a file back, and a snapshot must have the bytes of one that a single process writes. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -21,7 +22,7 @@ static double value_of(int64_t id, int component) {
 static uint8_t mark_of(int64_t id) {
   return (uint8_t)(id % 251);
 }
-/* Scattered; the last of several ranks has nothing. */
+/* Spread over the ranks; the last of several has none. */
 static int rank_of(int64_t id) {
   const int size = kith_ranks_size(ranks);
   return size == 1 ? 0 : (int)(id * 31 % 101 % (size - 1));
@@ -42,7 +43,8 @@ static void fill(const struct world *w, kith_index i, int64_t id) {
   w->extra->i64[i] = 5 * id;
 }
 
-/* With the nodes of a rank; -1: all. Their order is that of `step` steps through the ids. */
+/* Makes the nodes of one rank, of all ranks (-1) or none (-2), in the order of ids 0, step, 2 step, ...
+ * modulo N. */
 static void make(struct world *w, int rank, int64_t step) {
   static const char *const names[LISTS] = {"rock", "gas", "water"};
   static const struct kith_field_spec velocity = {"velocity", KITH_VELOCITY, KITH_F64,
@@ -70,7 +72,8 @@ static void check_node(const struct kith_nodes *nodes, kith_index i) {
           kith_nodes_field_named(nodes, "velocity")->f64[i * NDIM + a] == value_of(id, a + 3));
 }
 
-/* The order in which a checkpoint has nodes: list by list, rank by rank, as they lie. */
+/* A checkpoint has nodes in the order of lists, within these of ranks, and within these as they are
+ * stored. */
 static void check_stored(const struct world *back, int64_t step) {
   kith_index i = 0;
   for (int l = 0; l < LISTS; ++l)
@@ -84,7 +87,7 @@ static void check_stored(const struct world *back, int64_t step) {
   CHECK(i == back->nodes->n_internal && i == N);
 }
 
-/* Every rank reads a part: an equal one, or the nodes that it had. */
+/* Every rank reads a part of the file: an equal share, or the nodes that it had. */
 static void read_parts(const char *path, const struct world *w) {
   const size_t size = (size_t)kith_ranks_size(ranks);
   struct kith_checkpoint *c = NULL;
@@ -105,7 +108,8 @@ static void read_parts(const char *path, const struct world *w) {
     }
     CHECK(had || (size_t)part.nodes->n_internal <= N / size + LISTS);
     kith_ranks_sum_counts(ranks, sum, 2);
-    CHECK(sum[0] == N && sum[1] == (uint64_t)(N - 1) * N * (2 * N - 1) / 6); /* each once */
+    /* each once: the sum of squares of 0 ... N-1 */
+    CHECK(sum[0] == N && sum[1] == (uint64_t)(N - 1) * N * (2 * N - 1) / 6);
     kith_nodes_destroy(&part.nodes);
   }
   counts[0] += 1; /* more than there are */
@@ -114,7 +118,7 @@ static void read_parts(const char *path, const struct world *w) {
   kith_checkpoint_close(&c);
 }
 
-/* Wherever a byte is wrong, all ranks learn of it. */
+/* A wrong byte anywhere in the file is reported on all ranks. */
 static void read_damaged(const char *path) {
   struct kith_checkpoint *c = NULL;
   for (long at = 300000; at < 900000; at += 250000) {
@@ -122,7 +126,7 @@ static void read_damaged(const char *path) {
       FILE *f = fopen(path, "r+b");
       CHECK(f != NULL && fseek(f, at, SEEK_SET) == 0 && fputc(7, f) == 7 && fclose(f) == 0);
     }
-    (void)kith_ranks_any(ranks, true); /* it is written */
+    (void)kith_ranks_any(ranks, true); /* waits until it is written */
     CHECK_STATUS(KITH_BAD_FILE, kith_checkpoint_open(&c, path, ranks));
     CHECK(c == NULL && strstr(kith_failure(), "its checksum is wrong") != NULL);
     (void)kith_ranks_any(ranks, true);
@@ -136,8 +140,8 @@ static void read_damaged(const char *path) {
   }
 }
 
-static void checkpoint(const char *path, const struct world *w, int64_t step) {
-  enum { LONG = 100000 }; /* of zeros: some blocks of the file */
+static void write_and_read(const char *path, const struct world *w, int64_t step) {
+  enum { LONG = 100000 }; /* zeros, so that the file has several blocks */
   static double zeros[LONG];
   const bool first = kith_ranks_rank(ranks) == 0;
   struct kith_checkpoint *c = NULL;
@@ -147,7 +151,7 @@ static void checkpoint(const char *path, const struct world *w, int64_t step) {
   CHECK_OK(kith_checkpoint_put_field(c, w->nodes, w->extra));
   if (first) CHECK_OK(kith_checkpoint_put(c, "long", KITH_F64, zeros, LONG));
   if (first) CHECK_OK(kith_checkpoint_commit(&c));
-  (void)kith_ranks_any(ranks, true); /* it is there */
+  (void)kith_ranks_any(ranks, true); /* waits until it exists */
   read_parts(path, w);
   read_damaged(path);
   if (!first) return;
@@ -161,7 +165,7 @@ static void checkpoint(const char *path, const struct world *w, int64_t step) {
   unlink(path);
 }
 
-/* Whatever fails on rank 0, the others are not left alone. */
+/* When writing fails on rank 0, the others learn of it. */
 static void failing_checkpoint(const char *path, const struct world *w) {
   struct kith_checkpoint *c = NULL;
   const double x = 0;
@@ -178,7 +182,7 @@ static void failing_checkpoint(const char *path, const struct world *w) {
   CHECK(access(path, F_OK) != 0);
 }
 
-static bool same_bytes(const char *one, const char *other) {
+static bool identical_files(const char *one, const char *other) {
   FILE *a = fopen(one, "rb"), *b = fopen(other, "rb");
   int p = 0, q = 0;
   CHECK(a != NULL && b != NULL);
@@ -188,8 +192,9 @@ static bool same_bytes(const char *one, const char *other) {
   return p == q;
 }
 
-/* Dealt out by id, and written by all: the bytes of one process that has the nodes by id. */
-static void dealt(const char *path, const char *other, const struct world *w) {
+/* Nodes that are shared out by id, and written by all ranks, give the file of a single process that has all
+ * nodes in order of their ids. */
+static void snapshot_by_id(const char *path, const char *other, const struct world *w) {
   const struct kith_snapshot_info info = {.time = 0.5, .step = 3};
   struct kith_nodes *copy = NULL, *whole = NULL;
   struct world all;
@@ -199,7 +204,7 @@ static void dealt(const char *path, const char *other, const struct world *w) {
     CHECK(i == 0 || copy->list->u8[i] > copy->list->u8[i - 1] || copy->id->i64[i] > copy->id->i64[i - 1]);
   }
   CHECK(copy->n_internal <=
-        N / kith_ranks_size(ranks) + 1); /* ids are dense here: equal ranges have as many */
+        N / kith_ranks_size(ranks) + 1); /* ids have no gaps: equal ranges have as many nodes */
   CHECK_OK(kith_snapshot_write(path, copy, &info));
   kith_nodes_destroy(&copy);
   CHECK_OK(kith_nodes_by_id(w->nodes, 1, &whole));
@@ -209,13 +214,13 @@ static void dealt(const char *path, const char *other, const struct world *w) {
   if (kith_ranks_rank(ranks) != 0) return;
   make(&all, -1, 1);
   CHECK_OK(kith_snapshot_write(other, all.nodes, &info));
-  CHECK(same_bytes(path, other));
+  CHECK(identical_files(path, other));
   kith_nodes_destroy(&all.nodes);
   unlink(path), unlink(other);
 }
 
-/* Nobody has a node; nobody sees the directory. */
-static void edges(const char *path, const char *nowhere) {
+/* A snapshot without nodes, and one in a directory that does not exist. */
+static void empty_and_unwritable(const char *path, const char *nowhere) {
   const struct kith_snapshot_info info = {.time = 0.5};
   struct world w;
   make(&w, -2, 1);
@@ -238,9 +243,9 @@ int main(void) {
   make(&w, kith_ranks_rank(ranks), 11);
   w.nodes->ranks = ranks;
   failing_checkpoint(path[0], &w);
-  checkpoint(path[0], &w, 11);
-  dealt(path[1], path[2], &w);
-  edges(path[1], path[3]);
+  write_and_read(path[0], &w, 11);
+  snapshot_by_id(path[1], path[2], &w);
+  empty_and_unwritable(path[1], path[3]);
   kith_nodes_destroy(&w.nodes);
   if (kith_ranks_rank(ranks) == 0) CHECK(rmdir(directory) == 0);
   const int failed = kith_ranks_any(ranks, check_failed() != 0);
