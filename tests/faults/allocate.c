@@ -1,12 +1,12 @@
-/* allocate.c - preloaded: the n-th allocation of a process of kith fails.
+/* allocate.c - to be preloaded: makes the n-th allocation of a kith process fail.
  *
- *   KITH_FAULT_N      which; 0: none
- *   KITH_FAULT_RANK   of which rank (0)
- *   KITH_FAULT_COUNT  a file that gets the number of allocations at the end
+ *   KITH_FAULT_N      n; 0: none
+ *   KITH_FAULT_RANK   the rank (0)
+ *   KITH_FAULT_COUNT  a file to which the number of allocations is written at the end
  *
- * Those count that kith asks for itself, or HDF5, SUNDIALS, libyaml, jansson, GSL or muParser for it, in
- * processes that it forks too. Those of MPI, of OpenMP and of the C library do not: these end the program on
- * their own terms. */
+ * Only allocations by kith itself, or by HDF5, SUNDIALS, libyaml, jansson, GSL or muParser, are counted, also
+ * in child processes. Not those of MPI, OpenMP and the C library, which end the program with messages of
+ * their own. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -52,7 +52,7 @@ __attribute__((constructor)) static void start(void) {
   char self[1024] = "";
   if (n == NULL || readlink("/proc/self/exe", self, sizeof self - 1) <= 0 || strstr(self, "/kith-") == NULL)
     return;
-  if (rank != NULL && (me == NULL || strcmp(rank, me) != 0)) return; /* another one, or the launcher */
+  if (rank != NULL && (me == NULL || strcmp(rank, me) != 0)) return; /* another rank, or the launcher */
   dl_iterate_phdr(note_object, NULL);
   count = mmap(NULL, sizeof *count, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (count != MAP_FAILED) wanted = atol(n);

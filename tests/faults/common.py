@@ -1,4 +1,5 @@
-"""What sweep.py and kills.py run, a short tube with checkpoints, on one thread; how they read its files."""
+"""The run that sweep.py and kills.py make, a short shock tube with checkpoints on one thread, and how its
+files are compared."""
 import os
 try: import h5py
 except ImportError: h5py = None
@@ -23,8 +24,8 @@ ENVIRONMENT = dict(os.environ, OMP_NUM_THREADS='1', OMPI_ALLOW_RUN_AS_ROOT='1',
 
 
 def content(path):
-    """What is the same in all runs: rows without seconds of history.csv, builds and why of contacts.csv; of
-    probes.h5 the samples, since the place of what was cut and came again is another one (with h5py)."""
+    """What must not differ between runs: rows of history.csv without seconds, those of contacts.csv without
+    builds and why; samples of probes.h5 (with h5py), as their place in the file may differ after restarts."""
     data = open(path, 'rb').read()
     if path.endswith('.h5'):
         found = {}

@@ -1,17 +1,17 @@
-/* inject.c - runs a command whose n-th call to the system fails, or at whose n-th call the power goes.
+/* inject.c - runs a command, and makes its n-th system call fail, or simulates a power loss at its n-th call.
  *
  *   inject CLASS N DIRECTORY COMMAND...
  *
- * Only calls on files below DIRECTORY count, of all processes and threads that the command starts. N 0: none
- * fails. Ends with the code of the command. KITH_FAULT_LOG names a file that gets a line
- * for each call that counts: its class and file.
+ * Only calls on files below DIRECTORY are counted, of all processes and threads that the command starts. With
+ * N = 0 none fails. Ends with the code of the command. If KITH_FAULT_LOG names a file, a line is written to
+ * it for each call that counts, with its class and file.
  *
- * `power` counts all classes: at the n-th call everything is killed, and each file gets what it held when it
- * was last synced: nothing, if never. Names are those of the moment, or, with `power-names`, those that their
- * directory had when it was last synced.
+ * `power` counts all classes: at the n-th call all processes are killed, and each file gets the content it
+ * had when it was last synced, or none if it never was. Names of files are the present ones, or, with
+ * `power-names`, those that their directory had when it was last synced.
  *
- * By ptrace and a seccomp filter, so that calls from inside the C library and of libraries are met too. Ends
- * with code 77 where these are not to be had. */
+ * It uses ptrace and a seccomp filter, so that calls from inside libraries are intercepted too, and ends with
+ * code 77 where these are not available. */
 #define _GNU_SOURCE
 #include <dirent.h>
 #include <errno.h>
@@ -41,7 +41,8 @@ int main(void) {
 }
 #else
 
-/* call, class, what it fails with, its argument that is a path (-1: the first is a descriptor) */
+/* call, class, its error, and the argument that is a path (-1: the first argument is a descriptor; 4 for
+ * mmap: the fifth is) */
 #define CALLS(X)                   \
   X(open, "open", EMFILE, 0)       \
   X(openat, "open", EMFILE, 1)     \
@@ -78,10 +79,10 @@ static const struct call {
 };
 enum { CALLS_N = sizeof calls / sizeof *calls, MOST = 4096 };
 
-/* ---- what is on the disk for certain */
+/* ---- content of files and names that are certainly on the disk */
 
 struct content {
-  char key[64]; /* inode and birth: numbers are used again */
+  char key[64]; /* inode and time of birth, as numbers of inodes are used again */
   size_t size;
   char *bytes;
 };
@@ -123,8 +124,8 @@ static void list_names(const char *directory) {
   if (d != NULL) closedir(d);
 }
 
-/* A process is about to sync what this descriptor of it is. */
-static void remember(const char *path) {
+/* Stores what a process is about to sync: a file or a directory. */
+static void store_synced(const char *path) {
   struct stat s;
   char key[64];
   if (stat(path, &s) != 0) return;
@@ -145,13 +146,14 @@ static void remember(const char *path) {
   close(fd);
 }
 
-/* Removes and writes anew: names that share an inode part, which does not matter. */
+/* Removes all files and writes them again. Hard links to one inode become separate files, which has no
+ * effect. */
 static void lose_power(const char *directory, bool names_too) {
   static struct entry lasting[MOST];
   const int n_lasting = n_entries;
   memcpy(lasting, entries, sizeof lasting);
   list_names(directory);
-  if (chdir(directory) != 0) return; /* not made yet */
+  if (chdir(directory) != 0) return; /* not created yet */
   for (int k = 0; k < n_entries; ++k) unlink(entries[k].name);
   const struct entry *all = names_too ? lasting : entries;
   for (int k = 0; k < (names_too ? n_lasting : n_entries); ++k) {
@@ -164,7 +166,7 @@ static void lose_power(const char *directory, bool names_too) {
 
 /* ---- the command */
 
-static void become(char **words) {
+static void trace_and_execute(char **words) {
   struct sock_filter filter[CALLS_N + 3];
   int n = 0;
   filter[n++] = (struct sock_filter)BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(struct seccomp_data, nr));
@@ -183,7 +185,7 @@ static void become(char **words) {
   die(words[0]);
 }
 
-/* An absolute path: an argument, or the name of an open file. */
+/* The absolute path of a call: an argument, or the name of an open file. */
 static void path_of(pid_t process, const struct call *call, const struct user_regs_struct *regs,
                     char path[1024]) {
   const unsigned long long arguments[] = {regs->rdi, regs->rsi, regs->rdx, regs->r10, regs->r8};
@@ -199,7 +201,7 @@ static void path_of(pid_t process, const struct call *call, const struct user_re
   }
   struct iovec here = {path, 1023}, there = {(void *)(uintptr_t)arguments[call->path], 1023};
   ssize_t n = process_vm_readv(process, &here, 1, &there, 1, 0);
-  if (n <= 0) { /* the end of a page: no further than that */
+  if (n <= 0) { /* the page ends there */
     there.iov_len = 4096 - (arguments[call->path] & 4095);
     n = process_vm_readv(process, &here, 1, &there, 1, 0);
   }
@@ -220,8 +222,8 @@ struct order {
   FILE *log;
 };
 
-/* At a call that may count. True: the power is gone. */
-static bool meet(struct order *o, pid_t process) {
+/* Handles a call that may count; true if the power fails at it. */
+static bool handle_call(struct order *o, pid_t process) {
   struct user_regs_struct regs;
   char path[1024], link[64];
   const struct call *call = calls;
@@ -230,14 +232,14 @@ static bool meet(struct order *o, pid_t process) {
   path_of(process, call, &regs, path);
   const size_t length = strlen(o->directory);
   if (strncmp(path, o->directory, length) != 0) return false;
-  if (strstr(path, ".so") != NULL) return false; /* the dynamic loader looks around */
+  if (strstr(path, ".so") != NULL) return false; /* the dynamic loader searches directories */
   if (!o->power && strcmp(call->class, o->class) != 0) return false;
   ++o->count;
   if (o->log != NULL) fprintf(o->log, "%s %s\n", call->class, path);
   if (o->count == o->n && o->power) return true;
   if (o->power && strcmp(call->class, "sync") == 0) {
     snprintf(link, sizeof link, "/proc/%d/fd/%d", process, (int)regs.rdi);
-    remember(link);
+    store_synced(link);
   }
   if (o->count != o->n) return false;
   regs.orig_rax = (unsigned long long)-1, regs.rax = (unsigned long long)-(long long)call->error;
@@ -254,7 +256,7 @@ int main(int argc, char **argv) {
   const long options = PTRACE_O_TRACESECCOMP | PTRACE_O_TRACECLONE | PTRACE_O_TRACEFORK |
                        PTRACE_O_TRACEVFORK | PTRACE_O_TRACEEXEC | PTRACE_O_EXITKILL;
   const pid_t child = fork();
-  if (child == 0) become(argv + 4);
+  if (child == 0) trace_and_execute(argv + 4);
   int status, code = 77;
   if (child < 0 || waitpid(child, &status, 0) != child || !WIFSTOPPED(status) ||
       ptrace(PTRACE_SETOPTIONS, child, NULL, (void *)options) != 0)
@@ -267,7 +269,7 @@ int main(int argc, char **argv) {
       continue;
     }
     const int signal = WSTOPSIG(status), event = status >> 16;
-    if (event == PTRACE_EVENT_SECCOMP && !gone) gone = meet(&o, process);
+    if (event == PTRACE_EVENT_SECCOMP && !gone) gone = handle_call(&o, process);
     if (gone) {
       kill(process, SIGKILL);
       continue;

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """kills.py PROGRAMS [--kills N] [--starts N] [--ranks 1,2] [--seed S]
 
-kills: a run is killed at random moments, and restarted at once, until it has been killed N times; then it
-may end. With ranks it is the launcher or one of the ranks that is killed. starts: two runs are started at
-once into one directory, N times: one runs, the other is refused. In the end snapshots, checkpoint and
-history are those of a run that nothing happened to.
+kills: a run is killed at random moments, and restarted at once, until it was killed N times; then it may end.
+On several ranks the launcher or one of the ranks is killed. starts: two runs are started at the same time in
+one directory, N times: one must run, and the other must be refused. In the end snapshots, checkpoint and
+history must be those of an uninterrupted run.
 
-All of it, an hour:
+A complete test, which takes an hour:
   tests/faults/kills.py build/release/bin --kills 200 --starts 100
 """
 import argparse, glob, os, random, shutil, signal, subprocess, sys, tempfile, time
@@ -55,13 +55,13 @@ def children(pid):
 
 def victim(launcher, ranks):
     """The launcher, or a rank: a child of the mpirun that the launcher has started. Not a child of a rank,
-    which writes a file: its end is an error of the run, not a kill."""
+    which writes a file: if that ends, this is an error of the run, not a kill."""
     started = [rank for mpirun in children(launcher) for rank in children(mpirun)]
     return launcher if ranks == 1 or not started or choose.random() < 0.5 else choose.choice(started)
 
 
 def kill_and_restart(ranks, seconds):
-    """Kills a run often enough; how often a restart was refused while the run before was still ending."""
+    """Kills a run N times; returns how often a restart was refused because the previous run had not ended."""
     killed = refused = 0
     while killed < args.kills:
         run = start(ranks, 'parts', *goes_on('parts'))
@@ -73,7 +73,7 @@ def kill_and_restart(ranks, seconds):
             killed += 1
         code, said = run.wait(), run.stderr.read()
         if 'another run writes there' in said: refused += 1
-        elif code == 0: shutil.rmtree('parts')  # it came to its end: another one
+        elif code == 0: shutil.rmtree('parts')  # the run was complete: begin another one
         elif code == 2: sys.exit(f'a restart is refused: {said}')
     while True:
         run = start(ranks, 'parts', *goes_on('parts'))

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """latency.py PROGRAMS SCENE [--set KEY=VALUE]... [--ranks 1,2,8]
 
-How long a run takes to stop: INT and TERM are sent to the launcher after the second step, as a scheduler and
-Ctrl-C do. Seconds until the checkpoint is on the disk, and until the run has ended, beside those of a step.
+How long a run takes to stop. SIGINT and SIGTERM are sent to the launcher after the second step, as Ctrl-C and
+schedulers do. Prints the seconds until the checkpoint is written, until the run has ended, and of a step.
 
-At 10^6 nodes, ten minutes:
+With 10^6 nodes, which takes ten minutes:
   tests/faults/latency.py build/release/bin inputs/sedov.yaml --set dimension=2 --set resolution=1000
 """
 import argparse, json, os, signal, subprocess, sys, tempfile, time
@@ -27,7 +27,7 @@ def rows(directory):
 
 
 def stop(ranks, number, directory):
-    """Seconds from the signal to the checkpoint and to the end, the code, and what the run says of itself."""
+    """Seconds from the signal to the checkpoint and to the end, the exit code, and standard error."""
     command = [kith, 'run', args.scene, '-q', '-o', directory, '--ranks', str(ranks)]
     for setting in [*args.set, 'output.plot=false']: command += ['--set', setting]
     run = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,

@@ -1,9 +1,9 @@
-/* messages.c - preloaded: the n-th call of MPI by a rank of kith fails, as an error of MPI, or ends the rank.
+/* messages.c - to be preloaded: at the n-th MPI call of a rank of kith an MPI error occurs, or the rank ends.
  *
- *   KITH_FAULT_N      which; 0: none
- *   KITH_FAULT_RANK   of which rank (0)
- *   KITH_FAULT_HOW    error: MPI finds one; abort: the rank aborts; kill: it is killed
- *   KITH_FAULT_COUNT  a file that gets the number of calls at the end */
+ *   KITH_FAULT_N      n; 0: none
+ *   KITH_FAULT_RANK   the rank (0)
+ *   KITH_FAULT_HOW    error: an MPI error; abort: the rank aborts; kill: it is killed
+ *   KITH_FAULT_COUNT  a file to which the number of calls is written at the end */
 #include <mpi.h>
 #include <signal.h>
 #include <stdio.h>
@@ -12,7 +12,7 @@
 
 static long count;
 
-static void meet(void) {
+static void count_call(void) {
   const char *n = getenv("KITH_FAULT_N"), *how = getenv("KITH_FAULT_HOW"), *which = getenv("KITH_FAULT_RANK");
   int rank;
   if (n == NULL || how == NULL || PMPI_Comm_rank(MPI_COMM_WORLD, &rank) != MPI_SUCCESS) return;
@@ -48,7 +48,7 @@ static void meet(void) {
   X(Testall, (int n, MPI_Request r[], int *f, MPI_Status s[]), (n, r, f, s))
 #define X(name, parameters, arguments) \
   int MPI_##name parameters {          \
-    meet();                            \
+    count_call();                      \
     return PMPI_##name arguments;      \
   }
 CALLS(X)
@@ -56,7 +56,7 @@ CALLS(X)
 
 int MPI_Finalize(void) {
   const char *path = getenv("KITH_FAULT_COUNT");
-  meet();
+  count_call();
   FILE *f = path != NULL && count > 0 ? fopen(path, "w") : NULL;
   if (f != NULL) fprintf(f, "%ld\n", count), fclose(f);
   return PMPI_Finalize();

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """sweep.py PROGRAMS TOOLS [--sample N] [--seed S] [--ranks 1,2] [--set KEY=VALUE]... [CLASS]...
 
-Fails each system call on the files of a short run once, each allocation, and of several ranks each call of
-MPI, and lets the power go at each call; sampled: N of each class. After each fault: the run ended with one
-line and code 1 or 2, or it went on and its results are those of a run without a fault; nothing half-written
-is left; the run goes on from its last checkpoint, or begins again if there never was one, and its results are
-those of a run without a fault. Libraries crash on some failed allocations: one line too, counted apart.
+Makes each system call on the files of a short run fail once, each allocation, and on several ranks each MPI
+call; and simulates a power loss at each call. With --sample, N faults of each class, at random. After a
+fault, the run must end with one line and code 1 or 2, or continue, with the results of a run without a fault;
+no partial file may be left; and a restart from the last checkpoint, or a new run if there is none, must have
+the results of a run without a fault. Libraries crash at some failed allocations: one line too, counted apart.
 
-The whole sweep; hours, most of them the allocations of HDF5:
+A complete sweep takes hours, most of them for the allocations of HDF5:
   tests/faults/sweep.py build/release/bin build/release/tests/faults
 """
 import argparse, collections, glob, json, os, random, shutil, subprocess, sys, tempfile
@@ -33,12 +33,12 @@ inject, allocate, messages = (os.path.abspath(args.tools) + '/' + name
 place = tempfile.mkdtemp(prefix='kith-faults-')
 os.chdir(place)
 open('tiny.yaml', 'w').write(SCENE % (50, 0.05, '', 0.02))
-environment = dict(ENVIRONMENT, ASAN_OPTIONS='detect_leaks=0', # of a process that is traced
+environment = dict(ENVIRONMENT, ASAN_OPTIONS='detect_leaks=0', # impossible in a traced process
                    KITH_FAULT_LOG=place + '/log', KITH_FAULT_COUNT=place + '/count')
 
 
 def run(ranks, directory, *words, before=(), **more):
-    """Code and lines of stderr."""
+    """Returns the exit code and the lines of standard error."""
     command = [*before, kith, 'run', 'tiny.yaml', '-q', '-o', directory, *words]
     for setting in args.set: command += ['--set', setting]
     if ranks > 1: command += ['--ranks', str(ranks)]
@@ -55,7 +55,7 @@ def keys(report):
 
 
 def contents(directory, loose):
-    """What must be the same: all files but for clocks; of a restart, without what it continues."""
+    """What must be equal: all files but for clocks; after a restart (loose), without those it continues."""
     found = {}
     for path in sorted(glob.glob(directory + '/*')):
         name = os.path.basename(path)
@@ -75,7 +75,7 @@ def fault(kind, n, ranks):
         more = {'KITH_FAULT_RANK': str(ranks - 1)} if ranks > 1 else {}
         return run(ranks, 'parts', LD_PRELOAD=allocate if kind == 'allocate' else messages,
                    KITH_FAULT_N=str(n), KITH_FAULT_HOW=kind.removeprefix('message-'), **more)
-    below = place + '/parts' if kind.startswith('power') else place # the scene was synced long ago
+    below = place + '/parts' if kind.startswith('power') else place # the scene itself counts as synced
     return run(ranks, 'parts', before=[inject, kind, str(n), below])
 
 
@@ -89,7 +89,7 @@ def count(kind, ranks):
 
 
 def first_checkpoint():
-    """The number of the call after which the first checkpoint is on the disk for certain."""
+    """The number of the call after which the first checkpoint is certainly on the disk."""
     named = False
     for number, line in enumerate(open('log'), 1):
         named = named or line.startswith('name') and 'checkpoint.kith.partial' in line
@@ -98,7 +98,7 @@ def first_checkpoint():
 
 
 def judge(kind, n, ranks, whole, sure):
-    """What is wrong after the n-th call failed; None: nothing."""
+    """What is wrong after the n-th call failed, or None."""
     shutil.rmtree('parts', ignore_errors=True)
     code, lines = fault(kind, n, ranks)
     power = kind.startswith('power')

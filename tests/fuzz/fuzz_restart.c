@@ -1,9 +1,9 @@
-/* Reading a checkpoint that someone damaged or made up: refused with a line, or restored; never anything
- * else.
+/* Fuzzing of checkpoints: a file that is damaged or made up is either refused with one line, or restored
+ * completely.
  *
- * Run as it is, fuzz-restart [N [SEED]], it changes a good file N times (20000) by a fixed generator; half of
- * the inputs get the right checksum again, so that what lies behind it is tried too. With clang
- * -fsanitize=fuzzer -DKITH_LIBFUZZER the main is libFuzzer's. */
+ * fuzz-restart [N [SEED]] changes a good file N times (20000) by a fixed generator. Half of the inputs get
+ * the right checksum again, so that the checks after that of the checksum are tested too. With clang
+ * -fsanitize=fuzzer -DKITH_LIBFUZZER libFuzzer makes the inputs. */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE /* memfd_create */
 #endif
@@ -17,7 +17,7 @@
 enum { MOST = 1 << 16 };
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-static int opened, restored; /* how deep the inputs went */
+static int opened, restored; /* numbers of inputs that passed each stage */
 
 static struct kith_nodes *make(kith_index gas, kith_index wall) {
   static const char *const names[2] = {"gas", "wall"};
@@ -30,7 +30,7 @@ static struct kith_nodes *make(kith_index gas, kith_index wall) {
   return nodes;
 }
 
-/* What a restart does with the file. An accepted one must leave nodes whose lists close. */
+/* Reads the file as a restart does. If it is accepted, the nodes must be those of their lists. */
 static void restart(const char *path) {
   struct kith_nodes *nodes = make(2, 1);
   struct kith_checkpoint *c = NULL;
@@ -71,7 +71,7 @@ static uint64_t word(const uint8_t *p) {
   return w;
 }
 
-/* The right checksum. */
+/* Writes the right checksum. */
 static void seal(uint8_t *data, size_t size) {
   uint64_t h = UINT64_C(0xcbf29ce484222325);
   for (size_t k = 0; k + 8 < size; k += 8) {
@@ -106,7 +106,7 @@ static size_t below(uint64_t *seed, size_t n) {
   return (size_t)(check_random(seed) * (double)n);
 }
 
-/* One change: a bit, a byte, an interesting word, or a piece copied elsewhere. */
+/* Changes a bit, a byte, or a word, or copies a piece to another place. */
 static void change(uint8_t *data, size_t n, uint64_t *seed) {
   static const uint64_t words[] = {0,         1,          2,         7,          63,         65,        255,
                                    INT32_MAX, UINT32_MAX, INT64_MAX, UINT64_MAX, 1ull << 61, 1ull << 32};
@@ -144,7 +144,7 @@ int main(int argc, char **argv) {
     if (k % 2 == 1 && size >= 16) seal(data, size = size / 8 * 8);
     LLVMFuzzerTestOneInput(data, size);
   }
-  /* The inputs must not all stop at the same door. */
+  /* Inputs must be refused at different stages, and some not at all. */
   CHECK(opened > inputs / 20 && opened < inputs / 2 && restored > inputs / 50 && restored < opened);
   if (check_failures > 0) fprintf(stderr, "%d opened, %d restored of %ld\n", opened, restored, inputs);
   return check_failed();

@@ -1,10 +1,10 @@
-/* Whole runs of changed scenes: whatever a scene asks for, a run of it ends, with code 0, or with one line
- * and code 1 or 2, within seconds; and what has left a checkpoint goes on from it.
+/* Fuzzing of whole runs: whatever a scene asks for, its run ends within a time limit, with code 0, or with
+ * one line and code 1 or 2; and a run can be continued from the checkpoint that it left.
  *
- *   fuzz-run-2d SCENES [N [SEED]]   N runs (300; 80 with sanitizers); run k of seed S is run 1 of S + k - 1
+ *   fuzz-run-2d SCENES [N [SEED]]   N runs (100; 80 with sanitizers); run k of seed S is run 1 of S + k - 1
  *
- * The scenes are those of the folder SCENES, of some dozens of nodes. Changed are keys, by `kith list scene`,
- * and in every sixth run the text. Each run is a process of its own. */
+ * Scenes are those of the folder SCENES, with some dozens of nodes. Keys, as `kith list scene` prints them,
+ * get other values, and in every sixth run the text is changed. Each run is a process of its own. */
 #define _GNU_SOURCE
 #include <ctype.h>
 #include <dirent.h>
@@ -23,7 +23,8 @@
 #include "tests/check.h"
 
 #ifdef KITH_SANITIZE
-enum { SECONDS = 300, MEGABYTES = 0, RUNS = 80 }; /* shadow memory takes all addresses */
+/* no limit of memory: sanitizers reserve terabytes of addresses */
+enum { SECONDS = 300, MEGABYTES = 0, RUNS = 80 };
 #else
 enum { SECONDS = 100, MEGABYTES = 600, RUNS = 100 };
 #endif
@@ -37,14 +38,15 @@ static size_t below(uint64_t *seed, size_t n) {
 /* ---- keys, from the reference of scenes */
 
 struct key {
-  char path[128]; /* '#' an entry of a list, '$' a material */
+  char path[128]; /* '#': index in a list; '$': name of a material */
   char choices[512];
   bool number;
 };
 static struct key keys[MOST];
 static int n_keys;
 
-/* "  # key: default   # doc; in [0, 1]": how deep it is, and what it may be. */
+/* Reads a line of the reference, "  # key: default   # doc; in [0, 1]": its depth, and the values it may
+ * have. */
 static void read_key(char *line, struct key *into, int *depth, bool *item) {
   const size_t blanks = strspn(line, " ");
   char *word = line + blanks;
@@ -98,7 +100,7 @@ struct seed_scene {
 static struct seed_scene scenes[MOST];
 static int n_scenes;
 
-/* Of some dozens of nodes. Scenes that this dimension does not have are left out. */
+/* Reads a scene and sets some dozens of nodes; scenes that do not exist in this dimension are left out. */
 static void add_scene(const char *folder, const char *name) {
   struct seed_scene *s = &scenes[n_scenes];
   struct kith_scene *scene;
@@ -199,7 +201,7 @@ static void draw_setting(const struct seed_scene *scene, uint64_t *seed, char te
   snprintf(text, SETTING, "%s%s%s", path, below(seed, 4) == 0 ? "=" : "?=", value);
 }
 
-/* A piece goes, comes twice, or is another number. */
+/* Removes a piece of the text, copies it, changes a letter of it, or changes a number. */
 static void change_text(char *text, uint64_t *seed) {
   const size_t n = strlen(text), at = below(seed, n), wanted = 1 + below(seed, 30),
                length = KITH_MIN(wanted, n - at);
@@ -255,15 +257,16 @@ static void draw_run(struct run *run, uint64_t *seed) {
   }
   snprintf(run->settings[n++], SETTING, "dimension=%d", NDIM);
   snprintf(run->settings[n++], SETTING, "resolution=%g", scene->resolution);
-  if (below(seed, 8) > 0) snprintf(run->settings[n++], SETTING, "exact=~"); /* some take most of the time */
+  /* exact solutions would take most of the time */
+  if (below(seed, 8) > 0) snprintf(run->settings[n++], SETTING, "exact=~");
   for (size_t k = below(seed, CHANGES + 1); k > 0; --k) draw_setting(scene, seed, run->settings[n++]);
   snprintf(run->settings[n++], SETTING, "output.checkpoint_at_end=true");
   if (below(seed, 200) > 0) snprintf(run->settings[n++], SETTING, "output.plot=false");
   for (int k = 0; k < n; ++k) o->overrides[o->n_overrides++] = run->settings[k];
 }
 
-/* The child: has a time limit, and no more memory than some thousand nodes need. */
-static void carry_out(const struct run *run) {
+/* The child process, with limits of time and of memory, enough for some thousand nodes. */
+static void run_in_child(const struct run *run) {
   static char program[] = "fuzz-run", *words[] = {program, NULL};
   struct kith_options o = run->options;
   const int nowhere = open("/dev/null", O_WRONLY);
@@ -276,8 +279,8 @@ static void carry_out(const struct run *run) {
   exit((int)kith_run(&o));
 }
 
-/* Warnings, and behind them one line unless the code is 0. */
-static bool is_told_well(char *said, int code) {
+/* Standard error must have any warnings, and then exactly one line if the code is not 0. */
+static bool is_reported_well(char *said, int code) {
   int lines = 0;
   for (char *line, *rest = said; (line = strsep(&rest, "\n")) != NULL && (*line != '\0' || rest != NULL);) {
     if (strncmp(line, "kith: warning: ", 15) == 0 && lines == 0) continue;
@@ -287,20 +290,20 @@ static bool is_told_well(char *said, int code) {
   return lines == (code != 0);
 }
 
-/* Its code; -1: it did not end well. */
+/* Makes a run; returns its code, or -1 if it did not end as it should. */
 static int try(const struct run *run, const char *what, uint64_t seed) {
   static char said[1 << 16], kept[1 << 16];
   int status = 0;
   if (ftruncate(run->log, 0) != 0 || lseek(run->log, 0, SEEK_SET) != 0) abort();
   fflush(NULL);
   const pid_t child = fork();
-  if (child == 0) carry_out(run);
+  if (child == 0) run_in_child(run);
   if (child < 0 || waitpid(child, &status, 0) != child) abort();
   const ssize_t n = pread(run->log, said, sizeof said - 1, 0);
   said[KITH_MAX(n, (ssize_t)0)] = '\0';
   memcpy(kept, said, sizeof said);
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  if (code >= 0 && code <= 2 && is_told_well(said, code) && !(code == 2 && run->options.restart != NULL))
+  if (code >= 0 && code <= 2 && is_reported_well(said, code) && !(code == 2 && run->options.restart != NULL))
     return code;
   fprintf(stderr, "FAILED: seed %llu, %s: %s %d: %.2000s\n  run %s --steps %d%s", (unsigned long long)seed,
           what, code >= 0 ? "code" : "signal", code >= 0 ? code : WTERMSIG(status), kept,
@@ -342,7 +345,7 @@ int main(int argc, char **argv) {
          runs, NDIM, ended[0], ended[1], ended[2], resumed, failed);
   char command[PATH];
   snprintf(command, sizeof command, "rm -rf '%s'", in);
-  /* They must not all stop at the same door. */
+  /* Runs must end in different ways, and some must succeed. */
   CHECK(n_keys > 100 && n_scenes > 20 && ended[0] > runs / 10 && resumed > runs / 20);
   return system(command) != 0 || failed > 0 || check_failed();
 }

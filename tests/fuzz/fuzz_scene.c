@@ -1,6 +1,6 @@
-/* Scenes from bytes: whatever they are, reading ends with a scene or with one line that says where and what.
+/* Fuzzing of scenes: whatever the text is, reading it gives a scene, or one line with the place of the error.
  *
- * A scene that is read must be written as text that reads as the same scene. An input that begins with '@'
+ * A scene that was read must be written as text that reads as the same scene. An input that begins with '@'
  * has an override in its first line.
  *
  *   fuzz_scene-3d [N [SEED]]      N inputs (20000) made from good scenes by a fixed generator; any compiler
@@ -89,9 +89,9 @@ static const char *const seeds[] = {
     "exact: {name: acoustic-wave, density: 1, pressure: 1, gamma: 1.4, amplitude: 0.01}\n"
     "output: {plot: no, checkpoint: 5, checkpoint_at_end: true}\n",
 };
-enum { N_SEEDS = sizeof seeds / sizeof seeds[0], DEAR = 1, LARGEST = 1 << 16 };
+enum { N_SEEDS = sizeof seeds / sizeof seeds[0], EXPENSIVE = 1, LARGEST = 1 << 16 };
 
-/* What YAML, numbers, formulas and scenes stumble over. */
+/* Pieces of text that are special in YAML, numbers, formulas and scenes. */
 static const char *const words[] = {"{",
                                     "}",
                                     "[",
@@ -171,10 +171,11 @@ static size_t below(uint64_t *state, size_t n) {
   return n == 0 ? 0 : (size_t)(random_bits(state) % n);
 }
 
-/* A scene to begin with; a Sedov solution takes milliseconds, so that one is seldom drawn. */
+/* Draws the scene to begin with; the one with a Sedov solution, which takes milliseconds, is drawn less
+ * often. */
 static const char *draw_seed(uint64_t *state) {
   const size_t seed = below(state, N_SEEDS);
-  return seeds[seed == DEAR && below(state, 8) > 0 ? 0 : seed];
+  return seeds[seed == EXPENSIVE && below(state, 8) > 0 ? 0 : seed];
 }
 
 struct input {
@@ -208,14 +209,14 @@ static void mutate(struct input *in, uint64_t *state) {
     case 2:
       insert(in, at, word, strlen(word));
       break;
-    case 3: /* a word in the place of letters */
+    case 3: /* replaces letters by a word */
       cut(in, at, length);
       insert(in, at, word, strlen(word));
       break;
     case 4:
       insert(in, at, seed + from, KITH_MIN(length, strlen(seed) - from));
       break;
-    case 5: /* a piece twice */
+    case 5: /* copies a piece */
       memcpy(copy, in->text + at, KITH_MIN(length, in->size - at));
       insert(in, below(state, in->size + 1), copy, KITH_MIN(length, in->size - at));
       break;
