@@ -20,7 +20,7 @@ static kith_status place_nodes(struct kith_nodes *nodes) {
     nodes->support->f64[i] = nodes->search_radius->f64[i] = 2.5 / N;
     nodes->id->i64[i] = i;
   }
-  ++nodes->positions; /* whoever moves nodes says so */
+  ++nodes->positions; /* must be changed whenever nodes move */
   return KITH_OK;
 }
 

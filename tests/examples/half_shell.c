@@ -1,8 +1,9 @@
-/* half_shell.c - linked cells on a distributed grid: points that repel each other within one cell's edge, in
- * a periodic box of few cells. Each rank has the points in its cells, and for each pair of cells the rank of
- * the first one evaluates all pairs of points, once: the forward half of the neighbors. What that gives to
- * points of ghost cells goes back to their ranks, by the same lists. Compared with the sum over all pairs of
- * points and images. For any number of ranks: mpirun -n 4 half_shell hilbert; see app/manual/library.md. */
+/* half_shell.c - linked cells on a distributed grid: points that repel each other within the edge of a cell,
+ * in a periodic box of few cells. Each rank has the points in its cells. For each pair of cells, the rank of
+ * the first one evaluates all pairs of points, once: only the forward half of the neighboring cells is
+ * visited. Forces on points of ghost cells are sent back to their ranks, by the same lists. The result is
+ * compared with the sum over all pairs of points and images. Runs on any number of ranks: mpirun -n 4
+ * half_shell hilbert; see app/manual/library.md. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,7 +11,7 @@
 #include "lib/comm/ranks.h"
 #include "lib/domain/partition/shell.h"
 
-enum { POINTS = 300, COUNT = 3, MOST = 150 }; /* in all; cells an axis, at least 3 here; points of a cell */
+enum { POINTS = 300, COUNT = 3, MOST = 150 }; /* points; cells per axis, at least 3; points in a cell */
 
 /* The points of a cell and the forces on them. */
 struct cell {
@@ -23,12 +24,12 @@ struct world {
   struct kith_cells cells;
   struct kith_partition *partition;
   struct kith_shell shell;
-  struct cell *cell, *out; /* [cells]: own ones and ghosts have points; what is sent */
+  struct cell *cell, *out; /* [cells]: own ones and ghosts have points; cells to send */
   struct kith_message *to, *from;
-  double x[POINTS][NDIM]; /* every rank can make all, to compare */
+  double x[POINTS][NDIM]; /* all points, on every rank, to compare */
 };
 
-/* The repulsion of a point at a distance d from another, out to one edge. */
+/* The repulsion of two points at a distance vector d, which is 0 beyond one edge. */
 static void repel(const struct world *w, const double *d, double *force, double *back) {
   const double r = sqrt(kith_dot(d, d)), edge = w->cells.edge[0];
   for (int a = 0; a < NDIM && r < edge; ++a) {
@@ -42,7 +43,8 @@ static kith_status put_points(struct world *w) {
   int64_t own;
   for (int i = 0; i < POINTS; ++i) {
     for (int a = 0; a < NDIM; ++a) w->x[i][a] = fmod((i + 1) * sqrt(2 + 3 * a), 1);
-    if (kith_shell_find(&w->shell, w->partition, w->x[i], &own) != KITH_OK) continue; /* another rank's */
+    /* it is on another rank */
+    if (kith_shell_find(&w->shell, w->partition, w->x[i], &own) != KITH_OK) continue;
     struct cell *cell = &w->cell[w->shell.cell[own]];
     if (cell->n == MOST) KITH_FAIL(BAD_INPUT, "more than %d points in a cell", MOST);
     memcpy(cell->x[cell->n++], w->x[i], sizeof w->x[i]);
@@ -50,8 +52,8 @@ static kith_status put_points(struct world *w) {
   return KITH_OK;
 }
 
-/* Whole cells, packed in `out`: own ones that are ghosts elsewhere (back: ghosts) to their neighbors; `in` is
- * what comes. */
+/* Sends whole cells, packed in `out`, to neighbors: own cells that are their ghosts, or, with `back`, ghosts
+ * to their owners. `in` receives. */
 static kith_status exchange(struct world *w, bool back, struct cell *in) {
   const struct kith_shell *s = &w->shell;
   const int64_t *send = back ? s->receive : s->send, *send_first = back ? s->receive_first : s->send_first,
@@ -66,7 +68,7 @@ static kith_status exchange(struct world *w, bool back, struct cell *in) {
   return kith_ranks_exchange(w->ranks, s->n_neighbors, w->to, s->n_neighbors, w->from);
 }
 
-/* All pairs of points of two cells, the second one displaced; of one cell each pair once. */
+/* All pairs of points of two cells, the second one shifted; within one cell each pair once. */
 static void add_pairs(const struct world *w, struct cell *c, struct cell *d, const int *shift) {
   for (int64_t i = 0; i < c->n; ++i)
     for (int64_t j = c == d ? i + 1 : 0; j < d->n; ++j) {
@@ -95,7 +97,7 @@ static kith_status add_forces(struct world *w, struct cell *in) {
   return KITH_OK;
 }
 
-/* The largest difference from the sum over all points and their nearest images, in units of the largest
+/* The largest difference from the sum over all points and their nearest images, relative to the largest
  * force. */
 static double difference(const struct world *w) {
   double most[2] = {0}; /* difference, force */

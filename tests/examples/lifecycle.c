@@ -1,13 +1,13 @@
-/* lifecycle.c - the stages of the lifecycle, one after the other, and what one node sees of each. Prints a
- * line `stage x y what` for each node or ghost: app/manual/lifecycle.gp draws them for the manual. */
+/* lifecycle.c - the stages of the lifecycle in their order, and what each does for one node. Prints a line
+ * `stage x y what` for each node or ghost; app/manual/lifecycle.gp draws them for the manual. */
 #include <stdio.h>
 #include "boundaries/boundary.h"
 #include "lib/connectivity/connectivity.h"
 #include "lib/neighbor/search.h"
 
-enum { N = 12, SEEN = 1 }; /* nodes along an axis; the node that is looked at, near a corner */
+enum { N = 12, SEEN = 1 }; /* nodes along an axis; index of the node that is shown, near a corner */
 
-/* A square lattice, shaken by a rule, with supports that grow with x. */
+/* A cubic lattice with fixed displacements, and supports that grow with x. */
 static kith_status place_nodes(struct kith_nodes *nodes) {
   kith_index first, count = 1;
   for (int a = 0; a < NDIM; ++a) count *= N;
@@ -33,7 +33,7 @@ static void print_nodes(const char *stage, const struct kith_nodes *nodes) {
   print_node(stage, nodes, SEEN, "self");
 }
 
-/* The candidates of the group that the node is in. */
+/* The candidates for the group of cells that has the node. */
 static kith_status print_candidates(const struct kith_nodes *nodes, const struct kith_search *search) {
   struct kith_runs runs = {0};
   struct kith_box box;

@@ -1,10 +1,12 @@
-/* list_times.c - what members of the families search and storage cost, on about N nodes (list_times [N]).
+/* list_times.c - costs of the members of the families search and storage, on about N nodes (list_times [N]).
  *
- * Searches, on clouds whose supports differ by 1, 10 and 1000 from place to place, with about 60 neighbors
- * everywhere, and by 10 in one place: updates from scratch, of nodes that have all moved a little, of every
- * hundredth; rows; and a sum over neighbors in a sweep over the cells, beside one over the rows.
- * Storages, with a half, once and twice the neighbors, even and ragged: bytes, the time to build a list and
- * that of a sum over its rows. Nanoseconds are of processor time, so OMP_NUM_THREADS=1 tells most. */
+ * Searches, on clouds whose supports differ by factors of 1, 10 and 1000, with about 60 neighbors everywhere,
+ * and one where a thousandth of the nodes have supports 10 times as large. Times of: updates from scratch,
+ * after small displacements of all nodes or of every hundredth; rows; a sum over neighbors by rows, and by a
+ * sweep over cells.
+ * Storages, with a half, once and twice the neighbors, in rows of equal or different length: bytes, the time
+ * to build a list and that of a sum over its rows. Times are nanoseconds of processor time per node, so that
+ * OMP_NUM_THREADS=1 gives the clearest numbers. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,13 +15,13 @@
 #include "lib/connectivity/list.h"
 #include "lib/core/random.h"
 
-/* Largest over smallest support; mixed: large ones here and there, one in a thousand. */
+/* Ratio of the largest to the smallest support. In a mixed cloud one node in a thousand has the large one. */
 struct cloud {
   double ratio;
   bool mixed;
 };
 
-/* Spacings s |xi|^(p - 1) around the center if not mixed, up to the corners. */
+/* Unless mixed, spacings grow with the distance from the center, as s |xi|^power, up to the corners. */
 static void place_node(struct kith_nodes *nodes, kith_index i, kith_index side, struct cloud cloud) {
   const double s = 2.0 / side, power = cloud.mixed ? 0 : log(cloud.ratio) / log(side),
                support = NDIM == 3 ? 2.43 : 4;
@@ -36,7 +38,7 @@ static void place_node(struct kith_nodes *nodes, kith_index i, kith_index side, 
   nodes->id->i64[i] = i;
 }
 
-/* In curve order, as those of runs. */
+/* Nodes are in curve order, as in runs. */
 static kith_status make_cloud(struct kith_nodes **out, kith_index side, struct cloud cloud) {
   const kith_index n = (kith_index)kith_pow_dim(side);
   double lower[NDIM], upper[NDIM];
@@ -53,7 +55,7 @@ static kith_status make_cloud(struct kith_nodes **out, kith_index side, struct c
   return status;
 }
 
-/* Every `stride`-th node, by up to a part of its radius along each axis; radii change as well. */
+/* Moves every `stride`-th node by up to a fraction of its radius along each axis, and changes its radius. */
 static void move_nodes(struct kith_nodes *nodes, kith_index stride, int round) {
   for (kith_index i = 0; i < nodes->n_internal; i += stride) {
     double *radius = &nodes->search_radius->f64[i];
@@ -89,7 +91,7 @@ static void add_row(void *context, const struct kith_neighbors *neighbors, struc
   sums->row[neighbors->node] = sum;
 }
 
-/* The events of the same pass in a sweep: sums begin, pairs are added, sums are handed over. */
+/* The three events of a sweep for the same sum: sums begin, pairs are added, sums are stored. */
 static kith_status begin_sums(void *context, const struct kith_run *run, int n) {
   const struct sums *sums = context;
   for (int r = 0; r < n; ++r)
@@ -97,7 +99,8 @@ static kith_status begin_sums(void *context, const struct kith_run *run, int n) 
   return KITH_OK;
 }
 
-/* To the target in slot p from a run, p itself among it; and to those of coarser levels from p. */
+/* Adds a run of nodes, which may contain p, to the target in slot p; if these are of coarser levels, p is
+ * added to them too. */
 KITH_HOT static void add_searches_run(const struct sums *sums, kith_index p, struct kith_run run,
                                       bool coarser) {
   const struct kith_search *s = sums->search;
@@ -142,7 +145,7 @@ static double cpu_seconds(void) {
 enum { SCRATCH, MOVED, SELECTED, ROWS, PASS, SWEEP, TIMES };
 static const char *const time_names[] = {"scratch", "moved", "1 %", "rows", "pass", "sweep"};
 
-/* The least of what has been measured, in ns of processor time a node. */
+/* Stores the least of the measured times, in nanoseconds of processor time per node. */
 static kith_status clocked(kith_status status, double start, kith_index n, double *least) {
   const double ns = 1e9 * (cpu_seconds() - start) / n;
   *least = *least > 0 ? KITH_MIN(*least, ns) : ns;
@@ -197,7 +200,7 @@ static kith_status time_search(struct kith_search *search, struct kith_nodes *no
   return status;
 }
 
-/* INTERNAL if sums of the sweep are not those of the rows: only the order of the terms may differ. */
+/* Returns INTERNAL if sums of the sweep and of rows differ by more than the round-off of another order. */
 static kith_status print_search(const char *what, struct cloud cloud, const struct kith_search *search,
                                 const struct sums *sums, const uint64_t count[KITH_SEARCH_COUNTERS],
                                 double neighbors, const double *ns) {
@@ -269,7 +272,7 @@ static kith_status time_searches(kith_index side) {
 
 static kith_status time_storage(struct kith_list_spec spec, bool ragged, struct sums *sums, double csr[2]) {
   struct kith_list *list = NULL;
-  double ns[2] = {0}; /* of a build, of a sum over the rows */
+  double ns[2] = {0}; /* of building, and of a sum over the rows */
   enum kith_rebuild_reason why;
   const kith_index n = sums->search->nodes->n_internal;
   kith_status status = kith_list_create(&list, &spec);
@@ -293,8 +296,7 @@ static kith_status time_storage(struct kith_list_spec spec, bool ragged, struct 
   return status;
 }
 
-/* Radii of `factor` times those of the cloud; where rows are ragged, every eighth node has twice as large a
- * one. */
+/* Radii are `factor` times those of the cloud; in ragged rows, those of every eighth node are doubled. */
 static kith_status time_radii(struct kith_nodes *nodes, struct kith_search *search, double factor,
                               bool ragged, struct sums *sums) {
   static const char *const storages[] = {"csr", "padded", "padded:width=64", "half", "compressed"};

@@ -1,4 +1,4 @@
-# Installs the build below itself, builds and runs the examples with what was installed, and removes it.
+# Installs the build in `build`, builds and runs the examples with the installed files only, and uninstalls.
 set(place ${build}/install-test)
 file(REMOVE_RECURSE ${place})
 macro(run)
@@ -11,7 +11,7 @@ run(${CMAKE_COMMAND} --install ${build} --prefix ${place}/prefix)
 if(NOT EXISTS ${place}/prefix/share/doc/kith/LICENSE)
   message(FATAL_ERROR "no licence installed")
 endif()
-# Nothing may lean on the build: only the installed files are named.
+# The examples are built without the build folder: only the installed files are named.
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${place}/build -G Ninja -D CMAKE_C_COMPILER=${compiler}
   -D CMAKE_PREFIX_PATH=${place}/prefix)
 run(${CMAKE_COMMAND} --build ${place}/build)

@@ -1,4 +1,4 @@
-# A build without MPI: its program links no MPI, runs a scene, and refuses several ranks.
+# Builds without MPI: the program is not linked with MPI, runs a scene, and refuses several ranks.
 set(place ${build}/serial-test)
 function(run wanted)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)

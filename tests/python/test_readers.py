@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""test_readers.py PROGRAMS INPUTS: what h5py, app/python/kith.py, yt and VTK's reader (that of ParaView) see
-in the snapshots of runs in 1-D, 2-D and 3-D: units, box, time, fields. Ends with 77, skipped, without h5py
-and numpy; yt, VTK and matplotlib are left out where they are not installed, and this is said."""
+"""test_readers.py PROGRAMS INPUTS: units, box, time and fields that app/python/kith.py, yt and the VTK reader
+(used by ParaView) find in snapshots of 1-D, 2-D and 3-D runs, against h5py and the report and history of the
+run; and the example scripts end as they should. Skipped (77) without h5py and numpy; without yt, VTK or
+matplotlib their parts are left out, with a message."""
 import os
 import subprocess
 import sys
@@ -12,7 +13,7 @@ try:
     import h5py
     import numpy as np
 except ImportError as missing:
-    debian = "/usr/bin/python3"  # where its packages are, whatever python3 comes first
+    debian = "/usr/bin/python3"  # the one with Debian's packages, if another one comes first in PATH
     if sys.executable != debian and os.access(debian, os.X_OK):
         os.execv(debian, [debian, *sys.argv])
     print(f"skipped: {missing}")
@@ -94,7 +95,7 @@ def check_yt(directory, dimension):
     for name, unit in (("Density", "g/cm**3"), ("InternalEnergy", "erg/g"), ("Masses", "g")):
         ours, theirs = np.sort(last[name]), np.sort(data["PartType0", name].to(unit).d)
         check(np.allclose(ours, theirs, rtol=1e-12), f"yt: {name}")
-    plain = yt.load(f"{directory}/snapshot_0001.hdf")  # as any Gadget file: in 1-D and 2-D too
+    plain = yt.load(f"{directory}/snapshot_0001.hdf")  # like any Gadget file, also in 1-D and 2-D
     check(plain.all_data()["PartType0", "Density"].size == len(last), "yt.load")
     check(np.isfinite(plain.slice(2, 0.0).to_frb(plain.domain_width[0], 8)["gas", "density"].d).any(),
           "yt.load: slice")
