@@ -1,30 +1,30 @@
 #!/usr/bin/env python3
-"""check.py [ROOT]: the rules of the tree that no compiler knows (see RULES at the end).
+"""check.py [ROOT]: checks rules for the source tree that compilers do not check (see RULES at the end).
 
-Prints every breach and the number of lines of each room; exit code 1 if a rule is broken.
-check.py --planted: each rule finds a breach that is planted in a small tree."""
+Prints every breach, and the number of lines of each folder; exit code 1 if a rule is broken.
+check.py --planted: tests that each rule finds a breach in a small tree made for this."""
 import os
 import re
 import sys
 import tempfile
 
-# Rooms from the top to the bottom: a file includes headers of its own room and of those after it.
-ROOMS = ["app", "app/study", "app/bench", "app/plan", "app/run", "app/output", "app/simulation",
-         "app/initial", "app/scene", "app/cli", "validation", "integrator", "physics", "boundaries",
-         "lib/domain", "lib/connectivity", "lib/neighbor", "lib/io", "lib/nodes", "lib/comm", "lib/core"]
+# Layers from top to bottom: a file may include headers of its own layer and of those that follow here.
+LAYERS = ["app", "app/study", "app/bench", "app/plan", "app/run", "app/output", "app/simulation",
+          "app/initial", "app/scene", "app/cli", "validation", "integrator", "physics", "boundaries",
+          "lib/domain", "lib/connectivity", "lib/neighbor", "lib/io", "lib/nodes", "lib/comm", "lib/core"]
 PRODUCTION = ["app", "boundaries", "integrator", "lib", "physics", "validation"]
-# The files that people come to read, at most 9,000 lines.
+# The files that readers of the numerics need; their lines are counted together.
 CORE_PATH = ["lib/nodes", "lib/neighbor", "lib/connectivity", "boundaries", "integrator", "physics/passes",
              "physics/sph"]
 FILES, COLUMNS, FUNCTION, COMMENTS = 20, 110, 80, 0.12
 
-# Breaches that are known: how their lines begin. To be empty.
+# Beginnings of the lines of known breaches; should be empty.
 ALLOWED = """
 """
 
 
 def sources(root):
-    """Text files of the tree by path, without what was built or is no part of it."""
+    """Source files of the tree by path, without generated files."""
     found = {}
     for folder, folders, names in os.walk(root):
         made = ("build", ".git", "out") if folder == root else ("__pycache__",)
@@ -76,9 +76,9 @@ def is_production(path):
     return path.split("/")[0] in PRODUCTION and path.endswith((".c", ".h"))
 
 
-def room(path):
-    """Position in ROOMS, by the longest name that fits."""
-    return max((k for k, r in enumerate(ROOMS) if path.startswith(r + "/")), key=lambda k: len(ROOMS[k]))
+def layer(path):
+    """Index in LAYERS, of the longest name that the path begins with."""
+    return max((k for k, r in enumerate(LAYERS) if path.startswith(r + "/")), key=lambda k: len(LAYERS[k]))
 
 
 def unit(path):
@@ -93,7 +93,7 @@ DEFINITION = re.compile(r"^(?!static|KITH_INLINE)[A-Za-z_][^;{}()#\n]*?\b(kith_\
 FUNCTION_BODY = re.compile(r"^[A-Za-z_][^;{}\n]*?(\w+)\([^;{}]*\)\s*\{\n(.*?)^\}", re.M | re.S)
 
 
-def circles(graph):
+def cycles(graph):
     """Strongly connected components of more than one unit (Tarjan 1972, SIAM J. Comput. 1, 146)."""
     number, low, stack, on, found = {}, {}, [], set(), []
 
@@ -135,7 +135,7 @@ def full_folders(root, files, code):
 
 
 def circular_units(root, files, code):
-    """no circle of units; a unit is a .c and its .h, and depends on what it includes or calls"""
+    """no cyclic dependency of units; a unit is a .c and its .h, and depends on what it includes or calls"""
     owner, graph = {}, {}
     for path in filter(is_production, files):
         if path.endswith(".c"):
@@ -147,16 +147,16 @@ def circular_units(root, files, code):
             words = set(re.findall(r"(?<!struct )(?<!enum )\b(kith_\w+)", code[path]))
             used |= {owner[word] for word in words & owner.keys()}
         graph.setdefault(unit(path), set()).update(used - {unit(path)})
-    for component in circles(graph):
+    for component in cycles(graph):
         edges = [f"{a} -> {b}" for a in component for b in sorted(graph[a] & set(component))]
         yield " ".join(component) + "\n      " + "\n      ".join(edges)
 
 
 def upward_includes(root, files, code):
-    """no include that points upward in the order of rooms"""
+    """no file includes a header of a higher layer"""
     for path in filter(is_production, files):
         for header in includes(files[path]):
-            if is_production(header) and room(header) < room(path):
+            if is_production(header) and layer(header) < layer(path):
                 yield f"{path} includes {header}"
 
 
@@ -176,8 +176,8 @@ def unopened_sources(root, files, code):
 
 
 def compared_members(root, files, code):
-    """nobody outside a family compares a member's address or name"""
-    members = {}  # of each constant: the family, and where the family is at home
+    """no code outside a family compares addresses or names of its members"""
+    members = {}  # name of each member: its family, and the folder of the family
     for path in filter(is_production, files):
         for family, name in re.findall(r"^const struct kith_(\w+)_ops (kith_\w+) =", code[path], re.M):
             members[name] = (family, os.path.dirname(path))
@@ -210,7 +210,7 @@ def rare_comments(root, files, code):
 
 
 def undocumented_commands(root, files, code):
-    """README knows every verb, and no verb or option that does not exist"""
+    """README mentions every verb, and no verb or option that does not exist"""
     table = files["app/cli/options.h"]
     verbs = re.findall(r'^ *X\((\w+), "', table, re.M)
     options = set(re.findall(r"^ *X\((\w+), (?:0|'\w'), ", table, re.M)) | {"help", "version"}
@@ -229,7 +229,7 @@ def undocumented_commands(root, files, code):
 
 
 def top_level(root, files, code):
-    """the top level is fixed"""
+    """the top folder has only known files"""
     known = set("""CMakeLists.txt app lib physics boundaries integrator inputs tests validation README.md kith
       CMakePresets.json LICENSE CHANGELOG.md CITATION.cff build out""".split())
     for name in sorted(os.listdir(root)):
@@ -280,7 +280,7 @@ def check(root, allowed):
 
 
 def planted():
-    """The rules that overlook a breach."""
+    """The rules that do not find a breach in a small tree that breaks all of them."""
     tree = {f"lib/core/file{k}.c": "/* one of many */\n" for k in range(FILES + 1)}
     tree["lib/core/a.h"] = '/* a.h */\n#include "lib/core/b.h"\n'
     tree["lib/core/b.h"] = "/* b.h */\nvoid kith_b(void);\n"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""coverage.py BUILD [PATH]...: which lines and branches the tests of a build have run, by gcov.
+"""coverage.py BUILD [PATH]...: the shares of lines and branches that the tests of a build have run, by gcov.
 
-PATH: folders and files of the source tree (lib/io, the readers, the lifecycle and what ends runs, unless
-given). The build, and all of it, some ten minutes:
+PATH: folders and files of the source tree (by default lib/io, readers, lifecycle, and what ends runs). To
+build and run everything takes about ten minutes:
 
   cmake -G Ninja -B build/coverage -DKITH_DIMENSIONS=1 -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS=--coverage
   ninja -C build/coverage && ctest --test-dir build/coverage -LE slow

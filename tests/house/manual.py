@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""manual.py ROOT BIN [--write | --pictures]: README and manual say what the programs in BIN say.
+"""manual.py ROOT BIN [--write | --pictures]: README and manual agree with the programs in BIN.
 
-  blocks     what stands between `<!-- begin COMMAND -->` and `<!-- end -->` is what the command prints, or,
-             for `figures PREFIX...`, the rows of inputs/validation that have such names and a figure; with
+  blocks     text between `<!-- begin COMMAND -->` and `<!-- end -->` is what the command prints, or, for
+             `figures PREFIX...`, the rows of inputs/validation with such names and a printed value; with
              `begin COMMAND until LINE` the output ends before that line
-  links      to files and headings of this tree lead somewhere
-  commands   in fenced blocks and tables are parsed, and set up with few nodes; so are scenes
-  packaging  files of app/packaging parse, and have the version and the packages of this tree
+  links      to files and headings of this tree exist
+  commands   in fenced blocks and tables, and scenes, are read and set up with few nodes, without errors
+  packaging  files of app/packaging are valid, and have the version and the packages of this tree
 --write brings the blocks up to date, and README's picture. --pictures compares that, byte by byte: with other
 versions of gnuplot or of fonts it differs. Prints every breach; exit code 1 if there is one."""
 import ast
@@ -47,7 +47,7 @@ def run(words, place):
 
 
 def rows():
-    """Rows with a figure, by name: one flow map a line, values that have commas in quotes."""
+    """Rows with a printed value, by name; each is a flow map on one line, with quotes around commas."""
     found = {}
     for path in sorted(glob.glob("inputs/validation/*.yaml", root_dir=ROOT)):
         last = {}
@@ -76,7 +76,7 @@ def command_of(row):
 
 
 def figures(prefixes):
-    """A table: a line for each command, with all that is read from its run. `source` is WHAT: FIGURE."""
+    """A table with a line for each command and all values of its run. `source` of a row is WHAT: NAME."""
     lines = ["| run | figures | command |", "|---|---|---|"]
     table = {}
     for row in rows().values():
@@ -158,7 +158,7 @@ def names_of(folder):
 
 
 def try_command(line):
-    """Why it cannot be right, or nothing. Runs are set up with few nodes and take no step."""
+    """An error of the command, or nothing. Runs are set up with few nodes and make no step."""
     words = shlex.split(line)[1:]
     if words[0] in ("build", "test"):
         return ""
@@ -208,7 +208,7 @@ def check_scenes(path, text):
 
 
 def check_picture(write):
-    """README's picture is what its first command draws."""
+    """The picture of README is what its first command draws."""
     path = os.path.join(ROOT, "validation/results/sod.png")
     with tempfile.TemporaryDirectory() as place:
         run([f"{BIN}/kith", "run", "inputs/sod.yaml", "--quiet", "-o", f"{place}/out"], ROOT)
