@@ -195,7 +195,7 @@ static void reversible(void) {
 
 /* The solution of Zonneveld's table is that of the classical Runge-Kutta scheme, so rk4 and ERKStep must
  * agree. In both, nodes are wrapped, mirrored and reordered between steps only. Tolerance: the noise of
- * supports, 1e-7 of the forces that compress the gas, for some steps. Measured: 3e-9. */
+ * supports, 1e-7 of the forces that compress the gas, for some steps. Measured: 2e-8. */
 static void rk4_agrees_with_arkode(void) {
   static const char *const settings[] = {
       "", "connectivity.rebuild=displacement connectivity.reorder=1",
@@ -218,7 +218,7 @@ static void rk4_agrees_with_arkode(void) {
 
 /* Verlet lists with a skin, while nodes are wrapped and mirrored, give the sums of lists that are rebuilt at
  * every step. Rounding differs, so that supports stop at other values within their tolerance. Measured:
- * 2e-8. */
+ * 6e-9. */
 static void verlet_lists_agree(void) {
   enum { STEPS = NDIM == 1 ? 160 : NDIM == 2 ? 80 : 20 };
   for (int k = 0; kith_scheme_all()[k] != NULL; ++k) {
@@ -228,9 +228,9 @@ static void verlet_lists_agree(void) {
         scenario_open(&always, box, "scheme.name=%s scheme.dt=0.002", name) && scenario_run(&always, STEPS);
     if (scenario_open(&kept, box, "scheme.name=%s scheme.dt=0.002 connectivity.rebuild=displacement", name) &&
         scenario_run(&kept, STEPS) && ran) {
-      CHECK(distance(&always, &kept, "velocity") <= 1e-6);
-      CHECK(distance(&always, &kept, "energy") <= 1e-6);
-      CHECK(distance(&always, &kept, "density") <= 1e-6);
+      CHECK(distance(&always, &kept, "velocity") <= 5e-8);
+      CHECK(distance(&always, &kept, "energy") <= 5e-8);
+      CHECK(distance(&always, &kept, "density") <= 5e-8);
       CHECK(kept.simulation->integrator.ledger.lifecycles < always.simulation->integrator.ledger.lifecycles);
     }
     scenario_close(&kept);
@@ -337,8 +337,8 @@ static void rejections(void) {
 /* --- tolerances --- */
 
 /* With a tolerance 100 times smaller, steps are 10 times as many, since the error estimate of Heun and Euler
- * is of order dt^2, and the error at the end, of second order, is 100 times smaller. Required: within a
- * quarter, and within a factor of 2. */
+ * is of order dt^2, and the error at the end, of second order, is 100 times smaller. Required: within 5 %
+ * (measured: 2.2 %), and within a factor of 2. */
 static void tolerances(void) {
   struct scenario reference = {0}, run = {0};
   double error[2] = {0};
@@ -361,8 +361,8 @@ static void tolerances(void) {
     }
     scenario_close(&run);
   }
-  CHECK_CLOSE((double)steps[1] / (double)steps[0], 10, 2.5);
-  CHECK(error[0] < 1e-2 && error[0] / error[1] > 50 && error[0] / error[1] < 200);
+  CHECK_CLOSE((double)steps[1] / (double)steps[0], 10, 0.5);
+  CHECK(error[0] < 5e-3 && error[0] / error[1] > 50 && error[0] / error[1] < 200);
   scenario_close(&reference);
 }
 

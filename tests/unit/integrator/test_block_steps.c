@@ -73,13 +73,14 @@ static void conservation(void) {
 }
 
 /* With a fixed step there is one level, and the run is that of a global step, except for the prediction of
- * energies, which is of second order in dt in both. */
+ * energies, which is of second order in dt in both. Measured in 1-D to 3-D: 5e-6 of velocities, 2e-8 of
+ * energies. */
 static void one_level(void) {
   struct scenario block = {0}, global = {0};
   if (scenario_open(&block, wave, "scheme.steps=block scheme.dt=0.002") && scenario_run(&block, 200) &&
       scenario_open(&global, wave, "scheme.dt=0.002") && scenario_run(&global, 200)) {
-    CHECK(scenario_distance(&block, &global, "velocity") < 0.01);
-    CHECK(scenario_distance(&block, &global, "energy") < 1e-4);
+    CHECK(scenario_distance(&block, &global, "velocity") < 2e-5);
+    CHECK(scenario_distance(&block, &global, "energy") < 1e-7);
     CHECK(updates(&block) <= updates(&global) + 2 * (uint64_t)block.simulation->nodes->n_internal);
     check_conserved(&block, false);
   }
@@ -88,14 +89,14 @@ static void one_level(void) {
 }
 
 /* The blast needs less than half of the updates in 1-D, and its kinetic energy is that of global steps within
- * 2 % of the total. */
+ * 0.5 % of the total (measured: 0.23 % in 3-D, less in 1-D and 2-D). */
 static void fewer_updates(void) {
   struct scenario block = {0}, global = {0};
   if (scenario_open(&block, blast, "scheme.levels=10") && scenario_run(&block, 100000) &&
       scenario_open(&global, blast, "scheme.steps=global") && scenario_run(&global, 100000)) {
     const struct kith_totals a = kith_hydro_totals(&block.simulation->hydro),
                              b = kith_hydro_totals(&global.simulation->hydro);
-    CHECK_CLOSE(a.kinetic, b.kinetic, 0.02 * (b.kinetic + b.internal));
+    CHECK_CLOSE(a.kinetic, b.kinetic, 0.005 * (b.kinetic + b.internal));
     CHECK(2 * updates(&block) < updates(&global) || NDIM > 1); /* in 2-D and 3-D the blast fills this box */
     CHECK(updates(&block) < updates(&global));
   }

@@ -117,7 +117,7 @@ static void check_implicit(void) {
   uint64_t explicit_steps = 0, implicit_steps = 0;
   const double wanted = peak("scheme.name=rk2", &explicit_steps),
                got = peak("scheme.name=implicit scheme.cfl=6", &implicit_steps);
-  CHECK_CLOSE(got, wanted, 2e-3);
+  CHECK_CLOSE(got, wanted, 2e-4); /* measured: 5e-5 */
   CHECK(implicit_steps > 0 && 3 * implicit_steps < explicit_steps);
 }
 

@@ -126,13 +126,13 @@ static double energy_error(double dt, double *angular_error) {
   return found;
 }
 
-/* Energy errors are of second order: four times less for half the step, within 10 % for higher orders.
+/* Energy errors are of second order: four times less for half the step, within 0.5 % for higher orders.
  * Angular momentum is conserved to round-off. */
 static void orbits(void) {
   double angular_error[2] = {0};
   const double coarse = energy_error(0.02, &angular_error[0]), fine = energy_error(0.01, &angular_error[1]);
-  CHECK(coarse < 0.01);
-  CHECK_CLOSE(coarse / fine, 4, 0.4);
+  CHECK(coarse < 2e-3);
+  CHECK_CLOSE(coarse / fine, 4, 0.02);
   if (NDIM > 1) CHECK(angular_error[0] < 1e-13 && angular_error[1] < 1e-13);
 }
 

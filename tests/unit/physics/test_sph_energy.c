@@ -141,7 +141,7 @@ static void check_frozen(void) {
   CHECK_OK(kith_integrator_rates(&w.it));
   CHECK(w.nodes->n_internal > 0 && w.nodes->n_internal < n);
   /* Without the frozen nodes forces would be of order P / (rho spacing) = 1.4. */
-  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK_CLOSE(w.hydro.acceleration->f64[k], 0, 0.03);
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK_CLOSE(w.hydro.acceleration->f64[k], 0, 2e-3);
   world_destroy(&w);
 }
 

@@ -82,7 +82,9 @@ static void constants(void) {
   }
 }
 
-static void laws(double gamma, double omega, double tolerance) {
+/* The shock speed and jump conditions, mass and energy behind the shock to the tolerance 1e-8 of the
+ * quadrature (measured: 1e-11), and Euler's equations. */
+static void laws(double gamma, double omega) {
   const double density = 1.7, energy = 0.3, time = 0.07, j = NDIM;
   void *self = solve(gamma, omega, energy, density);
   if (self == NULL) return;
@@ -94,8 +96,8 @@ static void laws(double gamma, double omega, double tolerance) {
   CHECK(ahead.pressure == 0 && ahead.velocity[0] == 0);
   check_shock(&ahead, &edge, speed);
   const double swept = density * j * kith_ball() * pow(r, j - omega) / (j - omega);
-  CHECK_CLOSE(integral(self, time, false) / swept, 1, tolerance);
-  CHECK_CLOSE(integral(self, time, true) / energy, 1, tolerance);
+  CHECK_CLOSE(integral(self, time, false) / swept, 1, 1e-8);
+  CHECK_CLOSE(integral(self, time, true) / energy, 1, 1e-8);
   const double empty = void_of(self, time);
   for (int i = 1; i < 20; ++i) {
     const double x = empty + (r - empty) * i / 20;
@@ -119,8 +121,8 @@ static void continuity(void) {
     for (int i = 10; i < 20; ++i) {
       const state s = at(sedov, exact, 0.05 * i * sedov->shock(exact, 1), 1),
                   t = at(sedov, near, 0.05 * i * sedov->shock(near, 1), 1);
-      CHECK_CLOSE(s.density / t.density, 1, 1e-4); /* the step 1e-8, amplified inwards */
-      CHECK_CLOSE(s.pressure / t.pressure, 1, 1e-4);
+      CHECK_CLOSE(s.density / t.density, 1, 1e-6); /* the step 1e-8, amplified inwards */
+      CHECK_CLOSE(s.pressure / t.pressure, 1, 1e-6);
     }
     kith_free(&exact);
     kith_free(&near);
@@ -154,19 +156,17 @@ static void refusals(void) {
 
 int main(void) {
   static const double gamma[] = {1.2, 1.4, 5. / 3, 3};
-  /* Tolerance 1e-6: the quadrature, as for uniform gas. With a void 1e-5: at its edge the density is a power,
-   * whose end the table has to 1e-8, and the distance from the edge has lost as many digits. */
   constants();
   for (size_t g = 0; g < sizeof gamma / sizeof gamma[0]; ++g) {
     const double omega = singular(gamma[g]);
-    laws(gamma[g], 0.5, 1e-6);
-    if (NDIM == 1) laws(gamma[g], 0.9, 1e-6);
+    laws(gamma[g], 0.5);
+    if (NDIM == 1) laws(gamma[g], 0.9);
     if (NDIM == 1 || omega >= NDIM) continue;
-    if (omega > 0.1) laws(gamma[g], omega - 0.1, 1e-6);
-    if (omega >= 0) laws(gamma[g], omega, 1e-6);
-    if (omega + 0.05 < NDIM) laws(gamma[g], omega + 0.05, 1e-5);
+    if (omega > 0.1) laws(gamma[g], omega - 0.1);
+    if (omega >= 0) laws(gamma[g], omega);
+    if (omega + 0.05 < NDIM) laws(gamma[g], omega + 0.05);
   }
-  if (NDIM == 3) laws(7.5, 0, 1e-5); /* a void in uniform gas */
+  if (NDIM == 3) laws(7.5, 0); /* a void in uniform gas */
   continuity();
   places();
   refusals();

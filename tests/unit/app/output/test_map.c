@@ -60,7 +60,7 @@ int main(void) {
   CHECK(distance(&cut, 0.15, 0, 1, 1) < 0.1 / SIDE);
   for (kith_index i = 0; i < nodes.n; ++i) value[i] = position[i * NDIM];
   CHECK_OK(kith_map_draw(&cut, &nodes, value, pixel));
-  CHECK(distance(&cut, 0.15, 0.3, 0, 0) < 0.5 / SIDE);
+  CHECK(distance(&cut, 0.15, 0.3, 0, 0) < 0.1 / SIDE);
   const struct kith_map sight = kith_map_of(&nodes, 0, NAN); /* the mean of x along x */
   CHECK_OK(kith_map_draw(&sight, &nodes, value, pixel));
   CHECK(distance(&sight, 0, 0.5, 0, 0) < 1e-5);

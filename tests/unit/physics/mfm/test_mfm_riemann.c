@@ -111,7 +111,7 @@ static void check_vacuum(void) {
   for (double speed = 0.5; speed < 1e6; speed *= 1.7) {
     const struct mfm_star star = mfm_riemann(make_side(1, -speed, 1, 5. / 3), make_side(1, speed, 1, 5. / 3));
     CHECK(star.pressure >= -1e-15 && star.velocity == 0); /* P - rho c^2 / gamma is rounded */
-    if (speed > 3.9) CHECK(star.pressure <= 1e-3);        /* 2 c / (gamma - 1) = 3.87 */
+    if (speed > 3.9) CHECK(star.pressure <= 1e-14);       /* 2 c / (gamma - 1) = 3.87 */
   }
 }
 
@@ -125,8 +125,7 @@ static void check_stiffened(void) {
   CHECK_CLOSE(stiff.pressure + stiffness, ideal.pressure, 1e-14);
   CHECK_CLOSE(stiff.velocity, ideal.velocity, 1e-15);
   l.velocity = -1e3, r.velocity = 1e3; /* torn apart: tension, but not below -P0 */
-  CHECK_CLOSE(mfm_riemann(l, r).pressure, -stiffness, 1e-2);
-  CHECK(mfm_riemann(l, r).pressure >= -stiffness - 1e-14);
+  CHECK_CLOSE(mfm_riemann(l, r).pressure, -stiffness, 1e-14);
 }
 
 static double mass_flux(struct mfm_side s, double w) {
