@@ -99,8 +99,8 @@ for ranks in map(int, args.ranks.split(',')):
         two = [start(ranks, 'both') for _ in range(2)]
         said = [run.communicate()[1] for run in two]
         codes = [run.returncode for run in two]
-        told = [text for text in said if 'another run' in text or 'an earlier run' in text]
-        if sorted(codes) != [0, 2] or len(told) != 1 or contents('both') != whole:
+        refusals = [text for text in said if 'another run' in text or 'an earlier run' in text]
+        if sorted(codes) != [0, 2] or len(refusals) != 1 or contents('both') != whole:
             mixed += 1
             print('MIXED:', codes, said)
     print(f'{ranks} ranks: {args.starts} double starts, {args.starts - mixed} with one run and one refusal',

@@ -60,11 +60,11 @@ rm -rf out
 ok "$kith" run tiny.yaml --quiet -o out --until 0.5 --set boundaries.x=[inflow,outflow] \
   --set regions.0.velocity=[1] --set regions.1.velocity=[1]
 number() { sed -n "s/^  \"$1\": \(.*\),$/\1/p" out/report.json; }
-awk -F, -v told="$(number node_updates_per_second)" -v seconds="$(number wall_seconds)" '
+awk -F, -v reported="$(number node_updates_per_second)" -v seconds="$(number wall_seconds)" '
   NR == 1 {for (k = 1; k <= NF; ++k) if ($k == "nodes") at = k}
   NR == 2 {first = $at}
   NR > 1 {sum += $at; last = $at}
-  END {exit !(last > 1.2 * first && (told * seconds - sum) ^ 2 < 1e-6)}' \
+  END {exit !(last > 1.2 * first && (reported * seconds - sum) ^ 2 < 1e-6)}' \
   out/history.csv || wrong "updates of nodes that come and go"
 rm -rf out
 
@@ -190,7 +190,7 @@ for scheme in rk2 cheap-rk2 verlet arkode; do
   done
 done
 
-# Only one run at a time may write to a directory, and no run may overwrite a checkpoint without being told.
+# Only one run at a time may write to a directory, and no run may overwrite a checkpoint without --overwrite.
 rm -rf parts
 "$kith" run tiny.yaml "$@" -o parts >stdout 2>stderr &
 rows parts 5 $!

@@ -1,6 +1,6 @@
 /* exact_settings.h - for tests of exact solutions: one struct of the parameters that these tests set, and
- * functions that copy them by key into the settings of a solution and back. Parameters that only the solution
- * knows come from its own table. */
+ * functions that copy them by key into the settings of a solution and back. Parameters that the struct lacks
+ * get the defaults of the solution. */
 #ifndef KITH_TESTS_EXACT_SETTINGS_H
 #define KITH_TESTS_EXACT_SETTINGS_H
 

@@ -183,7 +183,7 @@ static int find_word(const struct words *words, double sign, double shift) {
   return -1;
 }
 
-/* A number for a root and its words. */
+/* Numbers all images: of each root, and of each combination of words along the axes. */
 static size_t key_of(const struct box_scene *s, kith_index root, const int *w) {
   size_t key = (size_t)root;
   for (int a = 0; a < NDIM; ++a) key = key * (size_t)s->words[a].n + (size_t)w[a];
@@ -506,7 +506,7 @@ static void check_refused(const struct kith_boundary_ops *ops, int axis, double 
 static void check_member(const struct kith_boundary_ops *ops) {
   static const char *const names[] = {"only"};
   struct kith_boundaries all = {0};
-  struct kith_nodes *nobody = NULL;
+  struct kith_nodes *empty = NULL;
   const bool both = !ops->one_side && !kith_boundary_passes(ops);
   void *settings = settings_of(ops);
   CHECK(ops->doc != NULL && kith_boundary_find(ops->name) == ops);
@@ -523,17 +523,17 @@ static void check_member(const struct kith_boundary_ops *ops) {
   if (ops->wraps) check_refused(ops, 0, 0, 1, true, false);
   if (ops->one_side) check_refused(ops, 0, 0, 1, true, true);
   /* A box without nodes; then a second boundary on the same axis. */
-  CHECK_OK(kith_nodes_create(&nobody, 1, names));
+  CHECK_OK(kith_nodes_create(&empty, 1, names));
   CHECK_OK(kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
   all.boundary[0]->settings = settings;
-  CHECK_OK(kith_boundaries_ghosts(&all, nobody, 1, NULL));
-  CHECK_OK(kith_boundaries_enforce(&all, nobody, true, true));
-  CHECK(nobody->n_ghost == 0 && nobody->n_blocks == 0);
+  CHECK_OK(kith_boundaries_ghosts(&all, empty, 1, NULL));
+  CHECK_OK(kith_boundaries_enforce(&all, empty, true, true));
+  CHECK(empty->n_ghost == 0 && empty->n_blocks == 0);
   CHECK_STATUS(ops->has_faces ? KITH_BAD_INPUT : KITH_OK,
                kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
   kith_boundaries_clear(&all);
   CHECK(all.n == 0);
-  kith_nodes_destroy(&nobody);
+  kith_nodes_destroy(&empty);
   kith_free(&settings);
 }
 

@@ -256,11 +256,11 @@ static void bases(void) {
   write_file(folder, "s.yaml", "base: middle.yaml\n\n\nm.y: {u: 6}\n");
   snprintf(path, sizeof path, "%s/s.yaml", folder);
   CHECK_OK(kith_config_read(&config, path));
-  static const char *const at[] = {"m.y.u", "m.x", "a"}, *const told[] = {"s.yaml:4: m.y.u: no",
-                                                                          "middle.yaml:3: m.x: no",
-                                                                          "base.yaml:2: a: no"};
+  static const char *const at[] = {"m.y.u", "m.x", "a"}, *const message[] = {"s.yaml:4: m.y.u: no",
+                                                                             "middle.yaml:3: m.x: no",
+                                                                             "base.yaml:2: a: no"};
   for (int k = 0; k < 3; ++k) {
-    snprintf(path, sizeof path, "%s/%s", folder, told[k]);
+    snprintf(path, sizeof path, "%s/%s", folder, message[k]);
     check_message(at[k], kith_config_fail(kith_config_at(config, at[k]), NULL, "no"), path);
   }
   kith_config_destroy(&config);

@@ -1,5 +1,5 @@
 /* test_partition_balance.c - how well each partitioner balances loads, against bounds that follow from its
- * method (the reasons stand beside them), and what its updates must never do. Loads are summed here, cell by
+ * method (reasons are given with each), and what its updates must never do. Loads are summed here, cell by
  * cell. */
 #include "lib/domain/partition/partition.h"
 
@@ -116,11 +116,11 @@ static void check_bound(const struct kith_cells *cells, const char *text, double
 static void test_bounds(void) {
   for (int periodic = 0; periodic < 2; ++periodic) {
     const struct kith_cells cells = grid(periodic);
-    /* A mean load, and half a cell at both ends. */
+    /* The mean load, and half a cell at both ends of the interval. */
     check_bound(&cells, "morton", 1, 1);
     check_bound(&cells, "hilbert", 1, 1);
-    /* Half a cell at each cut, shared by at least 1, 2, 3, 5, 9 ... ranks from the last cut up: 1.13
-     * cells. */
+    /* A cut can miss its place by half a cell, whose load is shared by the ranks beyond it: 1 for the last
+     * cut, at least 2, 3, 5, 9 ... for those before. The sum is 1.13 cells. */
     check_bound(&cells, "kd", 1, 1.13);
     if (kith_partitioner_p4est.needs == NULL) check_bound(&cells, "p4est", 1, 1);
     /* Scotch aims at 5 % and promises nothing: twice that, and a cell and a half, which cannot be divided. */
