@@ -1,6 +1,6 @@
-/* test_canonical_pairs.c - canonical pairs against their definition, by brute force. Random points are dealt
- * out to two "ranks" (one process plays each in turn; nodes and images of the other are remote ghosts), and
- * to one that has all. All must have the same pairs, starting at the same ends. */
+/* test_canonical_pairs.c - canonical pairs against their definition, by brute force. Random points are
+ * distributed over two "ranks" (one process takes the place of each; nodes and images of the other are remote
+ * ghosts), and given to one that has all. All must have the same pairs, starting at the same ends. */
 #include <stdlib.h>
 #include <string.h>
 #include "lib/connectivity/connectivity.h"
