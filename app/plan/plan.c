@@ -24,9 +24,10 @@ struct plan {
   double node_ratio, resolution_ratio; /* of the scene to the simulation */
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  double full_dt;    /* the limit by the first rates; the first step takes a fraction of it */
-  double evaluation; /* seconds of one evaluation at the start */
-  double growth;     /* mean time of an evaluation along the run over that at the start */
+  struct kith_ledger started; /* when the first rates were there */
+  double full_dt;             /* the limit by the first rates; the first step takes a fraction of it */
+  double evaluation;          /* seconds of one evaluation at the start */
+  double growth;              /* mean time of an evaluation along the run over that at the start */
 };
 
 /* Prints "  label         text". An empty label continues the line above. */
@@ -90,18 +91,20 @@ static void structure(const char *name, bool built, int digits, double amount, c
   kith_text_wrapped(stdout, 47, label, why);
 }
 
-static double entries(const struct kith_rows *rows) {
-  return rows->n > 0 ? (double)rows->first[rows->n] : 0;
+/* Entries of the first n rows: those of internal nodes, without those of ghosts. */
+static double entries(const struct kith_rows *rows, kith_index n) {
+  return rows->n > 0 ? (double)rows->first[n] : 0;
 }
 
 /* Prints the pairwise fields of a list; returns how many there are. */
-static int show_pairwise(const struct kith_pairs *pairs) {
+static int show_pairwise(const struct plan *plan, const struct kith_pairs *pairs) {
   const int n = pairs->fields != NULL ? pairs->fields->n : 0;
   for (int k = 0; k < n; ++k) {
     const struct kith_pairwise *field = &pairs->fields->field[k];
     struct text why = {""};
     char size[32];
-    add(&why, "", "%s: %s", kith_text_bytes(size, (double)(field->capacity * sizeof(double))),
+    add(&why, "", "%s: %s",
+        kith_text_bytes(size, plan->node_ratio * (double)(field->capacity * sizeof(double))),
         field->spec.doc);
     structure(field->spec.name, true, 0, field->spec.components,
               field->spec.components > 1 ? "values a pair" : "value a pair", why.s);
@@ -127,9 +130,11 @@ static int list_demands(const struct kith_package *package, struct demand *deman
   return n;
 }
 
-static void show_requirements(const struct kith_simulation *m) {
+static void show_requirements(const struct plan *plan) {
+  const struct kith_simulation *m = plan->simulation;
   const struct kith_connectivity *c = m->connectivity;
-  const double n = fmax(m->nodes->n_internal, 1), pairs = fmax((double)c->pairs.n, 1);
+  const kith_index internal = m->nodes->n_internal;
+  const double n = fmax(internal, 1), pairs = fmax((double)c->pairs.n, 1);
   struct demand demand[2 + KITH_ADDED_PACKAGES];
   const int demands = list_demands(&m->package, demand);
   printf("\n  connectivity: only what is required is built\n");
@@ -141,22 +146,26 @@ static void show_requirements(const struct kith_simulation *m) {
     if (why.s[0] == '\0') add(&why, "", "not requested");                                  \
     structure(name, c->built.member, 1, amount, of, why.s);                                \
   }
-  SHOW("rows", rows, entries(&c->rows) / n, "a node")
+  SHOW("rows", rows, entries(&c->rows, internal) / n, "a node")
   SHOW("pairs", pairs, (double)c->pairs.n / n, "a node")
   SHOW("ghost rows", ghost_rows, (double)m->nodes->n_ghost / n, "a node")
-  SHOW("overlap", overlap, entries(&c->overlap) / n, "a node")
+  SHOW("overlap", overlap, entries(&c->overlap, internal) / n, "a node")
   SHOW("overlap pairs", overlap_pairs, (double)c->overlap_pairs.n / n, "a node")
-  SHOW("intersection", intersection, entries(&c->intersection) / pairs, "a pair")
+  SHOW("intersection", intersection, entries(&c->intersection, c->intersection.n) / pairs, "a pair")
 #undef SHOW
-  if (show_pairwise(&c->pairs) + show_pairwise(&c->overlap_pairs) == 0)
+  if (show_pairwise(plan, &c->pairs) + show_pairwise(plan, &c->overlap_pairs) == 0)
     structure("pairwise", false, 0, 0, "", "no values of pairs are stored");
   putchar('\n');
 }
 
-static void show_lifecycle(const struct kith_simulation *m) {
+/* Ghosts are those of the lists after the first rates, whose supports have converged; they grow as a surface
+ * with the resolution. */
+static void show_lifecycle(const struct plan *plan) {
+  const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
-  const struct kith_ledger *l = &it->ledger;
-  const double lifecycles = fmax((double)l->lifecycles, 1);
+  const struct kith_ledger *l = &it->ledger, *started = &plan->started;
+  const double lists = fmax((double)(l->lifecycles - started->lifecycles), 1),
+               scale = plan->node_ratio / plan->resolution_ratio / lists;
   struct text text = {""};
   line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
   for (int k = 0; k < m->rebuilds.n; ++k)
@@ -166,8 +175,9 @@ static void show_lifecycle(const struct kith_simulation *m) {
     line("ghosts", "none: no boundary creates any");
   else
     line("ghosts", "%.0f created at the start, %.0f culled, %.0f kept%s",
-         (double)l->ghosts_created / lifecycles, (double)l->ghosts_culled / lifecycles,
-         (double)l->ghosts_kept / lifecycles, it->cull ? "" : "; culling is off");
+         scale * (double)(l->ghosts_created - started->ghosts_created),
+         scale * (double)(l->ghosts_culled - started->ghosts_culled),
+         scale * (double)(l->ghosts_kept - started->ghosts_kept), it->cull ? "" : "; culling is off");
   if (it->reorder_every > 0)
     line("reordering", "along the space-filling curve, checked every %d lifecycles", it->reorder_every);
   else
@@ -187,7 +197,7 @@ static void show_passes(const struct plan *plan) {
     const uint64_t all = parent->calls, calls = stage[s].calls / all;
     add(&text, ", ", "%s", stage[s].name);
     if (calls > 1) add(&text, " ", "x %d", (int)calls);
-    add(&text, " ", "%s", kith_text_seconds(time, stage[s].seconds / (double)all));
+    add(&text, " ", "%s", kith_text_seconds(time, plan->node_ratio * stage[s].seconds / (double)all));
   }
   line("passes", "%s", text.s);
 }
@@ -262,15 +272,16 @@ static void show_memory(const struct plan *plan) {
   printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n / plan->node_ratio);
 }
 
-static void show_dt(const struct plan *plan) {
+static void show_dt(const struct plan *plan, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const struct kith_timestep_limit *limit = &it->timestep_limit;
   const double first = limit->dt / plan->resolution_ratio;
   line("Courant", "%.3g (%s)", it->cfl,
        plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
   if (kith_scheme_has_blocks(it->scheme, it->settings))
-    line("base step", "%.4g at first; the shortest step is that of node %lld, which allows %.4g (%s)", first,
-         (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
+    line("base step", "%.4g at first%s; the shortest step is that of node %lld, which allows %.4g (%s)",
+         fmin(first, until), first > until ? ", the whole run" : "", (long long)limit->node, plan->full_dt,
+         kith_limit_name(limit->reason));
   else if (it->fixed_dt > 0)
     line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
          it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
@@ -441,7 +452,9 @@ static kith_status show_ranks(const struct plan *plan, const struct kith_options
     if ((*p)->needs != NULL || (alone && !chosen)) continue;
     snprintf(text, sizeof text, "%s", (*p)->name);
     if (chosen) kith_scene_partitioner(plan->scene, text, sizeof text);
-    show_forecast((*p)->name, kith_forecast_ranks(plan->scene, m, &cost, n_ranks, text, &f), &f);
+    const kith_status status = kith_forecast_ranks(plan->scene, m, &cost, n_ranks, text, &f);
+    show_forecast((*p)->name, status, &f);
+    if (status == KITH_BAD_INPUT) break; /* of any partitioner */
   }
   return KITH_OK;
 }
@@ -453,11 +466,11 @@ static void show(struct plan *plan, const struct kith_options *options, double u
          plan->coarse->resolution, plan->simulation->nodes->n_internal, plan->scene->resolution,
          plan->node_ratio);
   show_materials(plan);
-  show_requirements(plan->simulation);
-  show_lifecycle(plan->simulation);
+  show_requirements(plan);
+  show_lifecycle(plan);
   show_method(plan);
   show_memory(plan);
-  show_dt(plan);
+  show_dt(plan, until);
   show_cost(plan, options, until);
   show_cheaper(plan);
   fflush(stdout);
@@ -496,6 +509,7 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
   KITH_TRY(kith_simulation_start(m));
   plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt / plan->resolution_ratio;
   kith_simulation_warn(m);
+  plan->started = m->integrator.ledger;
   KITH_TRY(kith_evaluation_measure(m, &plan->evaluation));
   plan->evaluation *= plan->node_ratio;
   *code = KITH_EXIT_OK;

@@ -67,6 +67,10 @@ ok "$@" --ranks 4
 table=*"on 4 ranks: 14.0 nodes"*"partitioner imbalance mean most mean most"*"kd 1."*
 [[ $(tr -s ' ' <stdout) == $table ]] || wrong "plan --ranks lacks its table"
 awk 'length > 100 {exit 1}' stdout || wrong "plan --ranks has a line beyond 100 columns"
+for many in "--ranks 20000" "--ranks 2 --set partition.ghosts=recompute"; do
+  ok "$@" $many
+  (($(grep -c "no forecast" stdout) == 1)) || wrong "plan $many: not one line says why"
+done
 shown "a message 1 s, its bytes 953.7 MiB a second" "$@" --ranks 4 --set machine.latency=1
 shown "machine: of the scene" "$@" --ranks 4 --set partition.name=diffusion --set partition.iterations=3
 stopped 2 "out of range [0, inf)" "$@" --ranks 4 --set machine.latency=-1
@@ -102,6 +106,38 @@ planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
 ok "$kith" run tiny.yaml --quiet -o run --steps 1
 [[ $planned == "$(awk -F, 'NR == 2 {printf "%.4g", $3}' run/history.csv)" ]] ||
   wrong "the first dt is not $planned"
+
+# So are ghosts and row entries of its lists, without those of the first one, whose supports are guessed, and
+# without rows of ghosts.
+for faces in one-point integrated; do
+  tube=("$inputs/sod.yaml" --set dimension=2 --set resolution=12 --set method.package=mfm
+    --set method.faces=$faces)
+  ok "$kith" plan "${tube[@]}"
+  planned=$(awk '/^    rows / {rows = $3} /^  ghosts/ {print $(NF - 1), rows}' stdout)
+  ok "$kith" run "${tube[@]}" --quiet -o lists-$faces --steps 1 --set output.plot=false
+  taken=$(python3 - lists-$faces/history.csv <<'END'
+import csv, sys
+row = list(csv.DictReader(open(sys.argv[1])))[-1]
+print(row["ghosts"], "%.1f" % (float(row["entries"]) / float(row["nodes"])))
+END
+  )
+  [[ $planned == "$taken" ]] || wrong "$faces: ghosts and row entries a node are $taken, not $planned"
+done
+
+# A scene that is too large is simulated with fewer nodes; what it prints is scaled.
+if [[ -x $programs/kith-2d ]]; then
+  large=("$kith" plan "$inputs/faces.yaml" --set dimension=2 --set until=0)
+  ok "${large[@]}" --set resolution=2000
+  awk '/^  simulated/ {few = $3 + 0} /^    face_area/ {face = $7 " " $8}
+    /^    pairwise/ && face != $2 " " $3 ":" {print face, $2, $3}
+    /^  ghosts/ {print few, $2 >"ghosts"}' stdout >differs
+  [[ ! -s differs ]] || wrong "memory of a pairwise field of a large scene: $(<differs)"
+  read -r few planned <ghosts
+  ok "${large[@]}" --set resolution="$few"
+  awk -v few="$few" -v planned="$planned" \
+    '/^  ghosts/ {d = $2 * 2000 / few - planned; exit !(d * d < 4)}' stdout ||
+    wrong "$planned ghosts of a large scene, beside $(grep '^  ghosts' stdout) with $few nodes a length"
+fi
 
 # Plans of runs above a second make a calibration run: their number of steps is that of the run within a
 # tenth, and settings that save time can be used as they are printed. Not in debug builds, where it takes a
