@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -49,6 +50,13 @@ kith_status kith_directory_make(const char *path) {
   if (mkdir(part, 0777) != 0 && errno != EEXIST) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));
   if (stat(path, &status) != 0 || !S_ISDIR(status.st_mode)) KITH_FAIL(BAD_FILE, "%s: not a directory", path);
   return KITH_OK;
+}
+
+kith_status kith_directory_claim(const char *path, int *lock) {
+  *lock = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (*lock < 0) KITH_FAIL(BAD_FILE, "%s: cannot open it: %s", path, strerror(errno));
+  if (flock(*lock, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return KITH_OK;
+  KITH_FAIL(BAD_FILE, "%s" KITH_CLAIMED "; wait for it, or give -o DIR", path);
 }
 
 /* In the child: sends output to the log, then becomes another program. */

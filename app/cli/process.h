@@ -19,6 +19,11 @@ kith_status kith_programs_find(struct kith_programs *programs);
 bool kith_is_same_file(const char *a, const char *b);
 /* Creates a directory and its parents where they do not exist. */
 kith_status kith_directory_make(const char *path);
+/* Of the message that another process is. */
+#define KITH_CLAIMED ": another run writes there"
+/* Makes this process the only one that writes to a directory until *lock is closed, or the process ends.
+ * BAD_FILE: another one is. */
+kith_status kith_directory_claim(const char *path, int *lock);
 
 /* Runs the command words[0], words[1]... (ended by NULL), appends its output to the file `log`, and waits for
  * it. *code: its exit code, or minus the signal that ended it; 127: it could not be started. cpu_limit:

@@ -4,13 +4,11 @@
 
 #include <dirent.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <fnmatch.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "lib/core/version.h"
@@ -95,10 +93,7 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
 
 static kith_status claim(struct kith_output *output, bool restarted, bool overwrite) {
   char path[640];
-  output->lock = open(output->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (output->lock < 0) KITH_FAIL(BAD_FILE, "%s: cannot open it: %s", output->directory, strerror(errno));
-  if (flock(output->lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-    KITH_FAIL(BAD_FILE, "%s: another run writes there; wait for it, or give -o DIR", output->directory);
+  KITH_TRY(kith_directory_claim(output->directory, &output->lock));
   path_in(output, "checkpoint.kith", path);
   if (!restarted && !overwrite && access(path, F_OK) == 0)
     KITH_FAIL(BAD_FILE,

@@ -92,6 +92,8 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   if (code == 127) KITH_FAIL(BAD_FILE, "cannot start %s%dd", programs->prefix, job->dimension);
   if (code == -SIGINT || code == -SIGTERM || code == -SIGHUP || strncmp(end->why, "stopped; go on", 14) == 0)
     KITH_FAIL(BAD_FILE, "a run was stopped from outside, see %s", log);
+  if (strstr(end->why, KITH_CLAIMED) != NULL) /* that of a study which was killed, and is about to end */
+    KITH_FAIL(BAD_FILE, "%s", end->why);
   return KITH_OK;
 }
 
@@ -289,6 +291,7 @@ static kith_status prepare(struct kith_study *s) {
   char path[KITH_PATH + 16], names[1024] = "method,value,status,why,settings";
   snprintf(path, sizeof path, "%s/runs", s->directory);
   KITH_TRY(kith_directory_make(path));
+  KITH_TRY(kith_directory_claim(s->directory, &s->lock));
   for (int k = 0; k < KITH_MEASURES; ++k) strcat(strcat(names, ","), common[k]);
   for (int k = 0; k < s->suite->n_measures; ++k)
     strcat(strcat(names, ","), s->n > 1 ? "measure" : s->suite->measure[k]);
@@ -371,6 +374,7 @@ enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct k
   if (status == KITH_OK && listing) code = KITH_EXIT_OK;
   if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
   kith_csv_log_close(&s.table);
+  if (s.lock > 0) close(s.lock);
   kith_study_clear(&s);
   return code;
 }

@@ -121,6 +121,7 @@ struct kith_study {
   int n;
   struct kith_suite *suite; /* owned */
   int n_jobs, n_done, n_failed;
+  int lock;                  /* of the directory; 0: none */
   struct kith_csv_log table; /* points.csv */
 };
 

@@ -30,6 +30,7 @@ struct validation {
   int width;                  /* of the column of names */
   int n_errors;               /* of the rows so far that have a resolution, for orders */
   double *error, *resolution; /* of room for all rows; error is owned */
+  int lock;                   /* of the directory; 0: none */
   struct kith_csv_log table;
 };
 
@@ -300,6 +301,7 @@ static kith_status validate(struct validation *v, const char *suite, enum kith_e
   KITH_TRY(read_rows(v, suite));
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_directory_make(v->directory));
+  KITH_TRY(kith_directory_claim(v->directory, &v->lock));
   KITH_TRY(kith_csv_log_open(&v->table, v->directory, "validation.csv", names, NULL));
   KITH_TRY(do_rows(v));
   if (v->n_failed == 0) *code = v->n_wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
@@ -316,6 +318,7 @@ enum kith_exit kith_validate(const struct kith_options *options) {
   }
   if (validate(&v, suite, &code) != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
   kith_csv_log_close(&v.table);
+  if (v.lock > 0) close(v.lock);
   kith_free(&v.rows);
   kith_free(&v.error);
   return code;

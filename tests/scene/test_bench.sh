@@ -46,6 +46,22 @@ for dim in 1 2 3; do
   [[ ! -s differs ]] || wrong "kith-${dim}d bench: $(<differs)"
 done
 
+# A package or a traversal that is set in any way is the one that is named; of block steps only the updates of
+# active nodes count.
+cases() { sed -n 's/^  \([a-z0-9]*\(, traversal=[a-z]*\)\?\)  *1 .*/\1/p' stdout | sort -u | paste -sd ';'; }
+small=("$kith" bench --set resolution=9 --steps 1 --threads 1)
+if [[ -x $programs/kith-3d ]]; then
+  for set in 'method.package?=crk' 'method={package: crk}'; do
+    ok "${small[@]}" --set "$set"
+    [[ $(cases) == "crk;crk, traversal=gather" ]] || wrong "bench --set $set: $(cases)"
+  done
+  ok "${small[@]}" --set traversal=gather --set method.package=mfm
+  [[ $(cases) == mfm ]] || wrong "bench with one traversal: $(cases)"
+  ok "${small[@]}" --set scheme.steps=block --set method.package=sph --set resolution=16
+  awk '/ row entries, / {entries = $12} END {exit !(entries > 50 && entries < 100)}' stdout ||
+    wrong "row entries of an update with block steps: $(grep 'row entries' stdout)"
+fi
+
 # Errors are reported before anything is measured, with code 2.
 for dim in 1 2 3; do
   bench=("$programs/kith-${dim}d" bench)
