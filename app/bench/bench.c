@@ -161,7 +161,7 @@ static kith_status read_scene(const struct kith_options *options, const char *co
   return kith_scene_parse(scene, "bench", scene_text, sizeof scene_text - 1, n, overrides);
 }
 
-/* Does the scene of a case have the package and the traversal of its settings, or those of the command line? */
+/* Does the scene of a case have the package and traversal of its settings, or those of the command line? */
 static kith_status is_case(const struct kith_options *options, const char *const setting[2], bool *is) {
   struct kith_scene *scene = NULL;
   KITH_TRY(read_scene(options, setting, &scene));
@@ -259,7 +259,7 @@ static void print_stages(const char *package, const struct figures *one, const s
       one->candidates, rows / one->candidates, one->entries, one->entries / one->candidates, one->pairs);
 }
 
-/* Runs and prints the cases of a package, unless the command line sets another one. *fom: of the first one. */
+/* Runs and prints the cases of a package, unless the command line sets another. *fom: of the first one. */
 static kith_status bench_package(const struct kith_options *options, const char *package, int all,
                                  double triad, struct kith_fom *fom) {
   struct figures f[3] = {0}; /* on one thread, on all, by the other traversal */
