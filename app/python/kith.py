@@ -95,7 +95,7 @@ class Snapshot:
         return self.subset(self["MaterialIDs"] == self.materials.index(name))
 
     def internal(self):
-        """All nodes but frozen ones and barriers."""
+        """The gas: neither frozen nodes, barriers, nor what is behind the faces of inflows and outflows."""
         return self.subset(self["NodeFlags"] == INTERNAL)
 
     def volume(self):

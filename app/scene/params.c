@@ -262,10 +262,36 @@ static bool same_text(const char *a, const char *b) {
   return numbers ? x == y : kith_name_is(a, b, strlen(b));
 }
 
+/* Is this list of numbers the default vector? */
+static bool is_default_vector(const struct kith_param *row, const struct kith_config_node *list) {
+  struct kith_param numbers = *row;
+  double given[3] = {0}, fallback[3] = {0};
+  char *text = NULL;
+  if (row->kind != KITH_PARAM_VECTOR && row->kind != KITH_PARAM_EXPRESSIONS) return false;
+  numbers.kind = KITH_PARAM_VECTOR;
+  if (kith_config_emit(list, true, &text) != KITH_OK) return false;
+  text[strcspn(text, "\n")] = '\0';
+  const bool parsed = kith_param_parse(&numbers, text, given) == KITH_OK &&
+                      kith_param_parse(&numbers, row->fallback, fallback) == KITH_OK;
+  kith_free(&text);
+  return parsed && memcmp(given, fallback, sizeof given) == 0;
+}
+
 /* Is this value, which the other scene does not give, the default? */
 static bool is_default(const struct kith_param *row, const struct kith_config_node *value) {
-  return row != NULL && row->fallback != NULL && value->kind == KITH_CONFIG_SCALAR &&
-         same_text(value->text, row->fallback);
+  if (row == NULL || row->fallback == NULL) return false;
+  if (value->kind == KITH_CONFIG_LIST) return is_default_vector(row, value);
+  return value->kind == KITH_CONFIG_SCALAR && same_text(value->text, row->fallback);
+}
+
+/* The row of a key that the chosen member has, in either of two scenes, of which b may be NULL. */
+static const struct kith_param *row_of_member(const struct kith_param *chooser, const char *key,
+                                              const struct kith_config_node *a,
+                                              const struct kith_config_node *b) {
+  const struct kith_config_node *named = kith_config_child(a, chooser->key);
+  if (named == NULL) named = kith_config_child(b, chooser->key);
+  const char *name = named != NULL ? named->text : chooser->fallback;
+  return name != NULL ? kith_params_find(kith_family_member(chooser->family, name).params, key) : NULL;
 }
 
 /* Finds the first key whose values a and b (NULL: not given) differ. `swapped`: b goes first into `found`. */
@@ -274,7 +300,7 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
                             const struct kith_config_node *found[2]) {
   char index[16];
   if (a->null || (row != NULL && row->role != KITH_ROLE_STATE)) return false;
-  if (b == NULL && a->kind == KITH_CONFIG_SCALAR && is_default(row, a)) return false;
+  if (b == NULL && is_default(row, a)) return false;
   if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind) ||
       (a->kind == KITH_CONFIG_SCALAR && !same_text(a->text, b->text))) {
     found[swapped] = a, found[!swapped] = b;
@@ -286,6 +312,7 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
     const struct kith_param *below = child->key != NULL ? kith_params_find(rows, child->key) : NULL;
     const struct kith_param *chooser = below == NULL ? find_chooser(rows) : NULL;
     if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* the choice of the member is free */
+    if (chooser != NULL && child->key != NULL) below = row_of_member(chooser, child->key, a, b);
     if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))
       return true;
   }

@@ -4,7 +4,8 @@
   blocks     text between `<!-- begin COMMAND -->` and `<!-- end -->` is what the command prints, or, for
              `figures PREFIX...`, the rows of inputs/validation with such names and a printed value; with
              `begin COMMAND until LINE` the output ends before that line
-  links      to files and headings of this tree exist
+  links      to files and headings of this tree exist, and so do files in backquotes
+  lines      of code are as many as check.py counts
   commands   in fenced blocks and tables, and scenes, are read and set up with few nodes, without errors
   packaging  files of app/packaging are valid, and have the version and the packages of this tree
 --write brings the blocks up to date, and README's picture. --pictures compares that, byte by byte: with other
@@ -136,6 +137,22 @@ def check_links(path, text, all_texts):
             breach(f"{path}: no file {to}")
         elif anchor and anchor not in headings(all_texts.get(to, "")):
             breach(f"{path}: no heading {anchor} in {to}")
+    rooms = "app|boundaries|inputs|integrator|lib|physics|tests|validation"
+    for name in re.findall(rf"`((?:{rooms})/[\w./-]+)`", text):
+        if "NAME" not in name and path != "CHANGELOG.md" and not os.path.exists(os.path.join(ROOT, name)):
+            breach(f"{path}: no file {name}")
+
+
+# ---- lines
+
+
+def check_lines(text):
+    counted = run([sys.executable, "tests/house/check.py", "."], ROOT).stdout
+    told = re.search(r"\| ([\d,]+), of which the core path has ([\d,]+) \|", text).groups()
+    for room, number in zip(("production", "core path"), told):
+        lines = int(re.search(rf"^ *(\d+) lines  {room}$", counted, re.M)[1])
+        if abs(int(number.replace(",", "")) - lines) > 0.02 * lines:
+            breach(f"app/manual/proxy.md: {number} lines of {room} are {lines}")
 
 
 # ---- commands
@@ -265,6 +282,7 @@ def main():
         for (line, path), why in zip(every, pool.map(lambda pair: try_command(pair[0]), every)):
             if why:
                 breach(f"{path}: {line}: {why}")
+    check_lines(texts["app/manual/proxy.md"])
     check_packaging()
     for line in BREACHES:
         print("BROKEN:", line)

@@ -356,7 +356,10 @@ static void compares(void) {
                {"materials.gas.gamma=1.40", NULL},
                {"materials.gas.eos=ideal", NULL},
                {"regions.0.density=1.0", NULL},
-               {"reproducible=false", NULL}, /* the default, not given before */
+               {"reproducible=false", NULL},      /* the default, not given before */
+               {"method.viscosity.alpha=", NULL}, /* that of the package */
+               {"gravity=[0,0.0,0]", NULL},
+               {"regions.1.velocity=[0,0,0]", NULL},
                /* settings that do not affect the state */
                {"output.plot=true", NULL},
                {"output={}", NULL},
@@ -370,7 +373,7 @@ static void compares(void) {
                {"partition.ghosts=recompute", "partition.ghosts is recompute there, and not given now"},
                {"scheme.name=verlet", "scheme.name is verlet there, and leapfrog now"},
                {"method.viscosity.alpha=1.5", "method.viscosity.alpha is 1.5 there, and 1 now"},
-               {"method.viscosity.alpha=", "method.viscosity.alpha is not given there, and 1 now"},
+               {"gravity=[1,0,0]", "gravity is [1, 0, 0] there, and not given now"},
                {"materials.gas.gamma=1.5", "materials.gas.gamma is 1.5 there, and 1.4 now"},
                {"materials.gas.eos=isothermal", "materials.gas.eos is isothermal there, and ideal now"},
                {"regions.1.velocity=[1,0,0]", "regions.1.velocity is [1, 0, 0] there, and not given now"},
