@@ -61,13 +61,18 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
   return KITH_OK;
 }
 
-kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_options *o, double resolution) {
+kith_status kith_scene_read_with(struct kith_scene **scene, const struct kith_options *o,
+                                 const char *setting) {
   const char *overrides[KITH_MAX_OVERRIDES + 1];
-  char own[64];
   memcpy(overrides, o->overrides, sizeof o->overrides);
-  snprintf(own, sizeof own, "resolution=%.10g", resolution);
-  overrides[o->n_overrides] = own;
+  overrides[o->n_overrides] = setting;
   return kith_scene_read(scene, o->subject, o->n_overrides + 1, overrides);
+}
+
+kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_options *o, double resolution) {
+  char setting[64];
+  snprintf(setting, sizeof setting, "resolution=%.10g", resolution);
+  return kith_scene_read_with(scene, o, setting);
 }
 
 /* Calls `then` with a simulation of the scene at another resolution. */

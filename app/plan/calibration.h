@@ -14,7 +14,9 @@
 #include "app/simulation/simulation.h"
 #include "app/cli/options.h"
 
-/* Reads the scene of `options` at another resolution. */
+/* Reads the scene of `options` with one more setting, key=value; at another resolution. */
+kith_status kith_scene_read_with(struct kith_scene **scene, const struct kith_options *options,
+                                 const char *setting);
 kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_options *options,
                                double resolution);
 

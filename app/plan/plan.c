@@ -344,9 +344,20 @@ static double share_of_updates(const struct plan *plan) {
   return sum / it->nodes->n_internal;
 }
 
+/* Can the scene be run with a setting, "key=value: what it does"? */
+static bool is_accepted(const struct kith_options *options, const char *told) {
+  struct kith_scene *scene = NULL;
+  char setting[160];
+  snprintf(setting, sizeof setting, "%.*s", (int)strcspn(told, ":"), told);
+  kith_status status = kith_scene_read_with(&scene, options, setting);
+  if (status == KITH_OK) status = kith_simulation_check(scene);
+  kith_scene_destroy(&scene);
+  return status == KITH_OK;
+}
+
 /* Prints settings that would save time, and their trade-off: model no more than a scene needs. Block steps
  * pay where steps differ much: a tick costs more than a step of as many nodes, and steps are rounded down. */
-static void show_cheaper(const struct plan *plan) {
+static void show_cheaper(const struct plan *plan, const struct kith_options *options) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
   const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings);
@@ -377,7 +388,7 @@ static void show_cheaper(const struct plan *plan) {
       traits.cheaper};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
-    if (settings[k] != NULL) line(label, "%s", settings[k]), label = "";
+    if (settings[k] != NULL && is_accepted(options, settings[k])) line(label, "%s", settings[k]), label = "";
 }
 
 /* Prints the line of a partitioner, or why there is none. */
@@ -472,7 +483,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
   show_memory(plan);
   show_dt(plan, until);
   show_cost(plan, options, until);
-  show_cheaper(plan);
+  show_cheaper(plan, options);
   fflush(stdout);
   if (options->ranks > 1 && show_ranks(plan, options) != KITH_OK)
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());

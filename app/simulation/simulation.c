@@ -305,6 +305,13 @@ static kith_status check_settings(struct kith_simulation *m) {
   return check_combination(m);
 }
 
+kith_status kith_simulation_check(const struct kith_scene *scene) {
+  struct kith_simulation none = {.scene = scene};
+  const kith_status status = check_settings(&none);
+  kith_rebuilds_clear(&none.rebuilds);
+  return status;
+}
+
 /* Makes the objects of this rank. n_nodes: nodes of the whole scene. */
 static kith_status make_objects(struct kith_simulation *m, int64_t n_nodes, const uint8_t *frozen,
                                 bool check) {

@@ -25,6 +25,8 @@ struct kith_simulation {
   struct kith_profile *profile;             /* NULL: not profiled */
 };
 
+/* BAD_INPUT if settings of a scene cannot work together; nothing is made. */
+kith_status kith_simulation_check(const struct kith_scene *scene);
 /* Creates everything, with the initial state; kith_simulation_start, or restore and resume, must follow.
  * `ranks` (NULL: one process) and `profile` (NULL: none) are borrowed. Collective; each rank makes its share
  * of the nodes, which then go to the ranks that own their cells. BAD_INPUT with file and line for what only

@@ -124,6 +124,15 @@ END
   [[ $planned == "$taken" ]] || wrong "$faces: ghosts and row entries a node are $taken, not $planned"
 done
 
+# Settings that would save time are those which the scene takes.
+for scene in copper-piston driven-shock layer; do
+  plan=("$kith" plan "$inputs/$scene.yaml" --set dimension=1 --set resolution=40 --set until=0)
+  ok "${plan[@]}"
+  for setting in $(sed -n '/^  cheaper/,$p' stdout | grep -o '[a-z.]*=[-a-z]*:' | tr -d :); do
+    ok "${plan[@]}" --set "$setting"
+  done
+done
+
 # A scene that is too large is simulated with fewer nodes; what it prints is scaled.
 if [[ -x $programs/kith-2d ]]; then
   large=("$kith" plan "$inputs/faces.yaml" --set dimension=2 --set until=0)
