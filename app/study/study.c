@@ -261,9 +261,11 @@ void kith_study_put_quoted(FILE *out, const char *text) {
   fputc('"', out);
 }
 
-static kith_status put_point(struct kith_csv_log *table, const struct kith_suite *suite,
-                             const struct kith_job *job, const struct kith_point *p) {
+static kith_status put_point(struct kith_study *s, const struct kith_suite *suite, const struct kith_job *job,
+                             const struct kith_point *p) {
+  struct kith_csv_log *table = &s->table;
   const char *const texts[] = {job->label, job->value, p->failed ? "failed" : "ok", p->why, job->settings};
+  if (s->n > 1) kith_study_put_quoted(table->file, suite->name), fputc(',', table->file);
   for (size_t k = 0; k < sizeof texts / sizeof *texts; ++k) {
     if (k > 0) fputc(',', table->file);
     kith_study_put_quoted(table->file, texts[k]);
@@ -288,10 +290,11 @@ static const char *const common[KITH_MEASURES] = {"cpu_seconds", "pair_evaluatio
                                                   "energy_drift"};
 
 static kith_status prepare(struct kith_study *s) {
-  char path[KITH_PATH + 16], names[1024] = "method,value,status,why,settings";
+  char path[KITH_PATH + 16], names[1024] = "";
   snprintf(path, sizeof path, "%s/runs", s->directory);
   KITH_TRY(kith_directory_make(path));
   KITH_TRY(kith_directory_claim(s->directory, &s->lock));
+  strcat(strcat(names, s->n > 1 ? "sweep," : ""), "method,value,status,why,settings");
   for (int k = 0; k < KITH_MEASURES; ++k) strcat(strcat(names, ","), common[k]);
   for (int k = 0; k < s->suite->n_measures; ++k)
     strcat(strcat(names, ","), s->n > 1 ? "measure" : s->suite->measure[k]);
@@ -320,7 +323,7 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
   }
   ++s->n_done, s->n_failed += p->failed;
   if (!found) show_progress(s, suite, job, p);
-  return put_point(&s->table, suite, job, p);
+  return put_point(s, suite, job, p);
 }
 
 /* Runs all jobs, the first values of all methods first: a study that is interrupted has something of each. */

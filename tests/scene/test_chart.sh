@@ -212,6 +212,12 @@ code=$?
 grep -Eq '^\| own +\| to 0.03 +\| none +\|$' stdout || wrong "another table: $(<stdout)"
 grep -q "^- no such package at 0.02: failed, --set method.package: 'xyz'" own/stress.md ||
   wrong "no reason: $(<own/stress.md)"
+# Points of several sweeps say of which they are; those of one need not.
+[[ $(head -1 own/points.csv) == method,value,* ]] || wrong "columns of a sweep: $(head -1 own/points.csv)"
+(cat own.yaml; tail -3 own.yaml | sed 's/name: own/name: other/') >both.yaml
+"$kith" stress both.yaml --quiet -o both >stdout 2>stderr
+[[ $(head -1 both/points.csv) == sweep,method,value,* && $(grep -c '^"own","default",' both/points.csv) == 3 &&
+  $(grep -c '^"other","default",' both/points.csv) == 3 ]] || wrong "two sweeps: $(<both/points.csv)"
 # A measure that is not in the report, when the runs exist already.
 sed 's/measure: time/measure: norms.densty.l1/' own.yaml >wrong.yaml
 "$kith" stress wrong.yaml --quiet -o own >stdout 2>stderr
