@@ -35,8 +35,7 @@ static const char *const details[KITH_N_VERBS] = {
         "  kith plan inputs/sedov.yaml --set resolution=100\n"
         "  kith plan inputs/sedov.yaml --ranks 4096",
     [KITH_VERB_bench] =
-        "Times every stage of a 3-D Sedov blast of 10^6 nodes for 10 steps (kith-1d bench, kith-2d bench: "
-        "1-D, 2-D), with each package, or that of --set method.package=NAME.\n"
+        "Times 10 steps of a 3-D Sedov blast of 10^6 nodes (kith-1d bench, kith-2d bench: 1-D, 2-D).\n"
         "  kith bench --set resolution=100 --threads 1",
     [KITH_VERB_list] =
         "  kith list           all families and their members\n"
