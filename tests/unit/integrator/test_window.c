@@ -1,6 +1,6 @@
 /* test_window.c - window: follow, in which gas that no signal has reached is inactive. Oracle: the run of all
  * nodes, to round-off, for fewer updates; inactive nodes stay bitwise unchanged; disordered gas is all
- * active; gas that arrives from afar; settings that are refused. Ranks and restarts are tested by tests/mpi. */
+ * active; gas that arrives from afar; settings that are refused. Ranks and restarts: tests/mpi. */
 #include "tests/unit/scenario.h"
 
 #define FOLLOW "window: follow\n"
@@ -63,8 +63,8 @@ static void arrives_late(void) {
     CHECK(scenario_distance(&whole, &window, "velocity") < 1e-11);
     CHECK(scenario_distance(&whole, &window, "position") < 1e-12);
     CHECK(updates(&window) < updates(&whole));
-    CHECK(scenario_energy_drift(&window) < 1e-12);
-    CHECK(scenario_momentum_drift(&window) < 1e-12);
+    CHECK(scenario_energy_error(&window) < 1e-12);
+    CHECK(scenario_momentum_error(&window) < 1e-12);
   }
   scenario_close(&window);
   scenario_close(&whole);
