@@ -319,8 +319,8 @@ static void test_radial_shock(void) {
   }
 }
 
-/* Bins of the density peak, in any unit of length: two nodes share a bin (mean by volume), the third is second
- * densest, the farthest sets their width. */
+/* Bins of the density peak, in any unit of length: two nodes share a bin (mean by volume), the third is
+ * second densest; the farthest sets their width. */
 static void check_peak_bins(double unit) {
   void *self = create_solution(&kith_exact_noh,
                                (struct exact_parameters){.gamma = {1.4}, .density = {1}, .velocity = {1}});
