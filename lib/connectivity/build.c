@@ -30,6 +30,12 @@ struct group {
   double radius, radius2;
 };
 
+/* How far from the box of a group neighbors may lie, for cutoffs other than the radii of the targets. */
+static double reach(const struct kith_build *build, double radius) {
+  if (build->cutoff == KITH_CUTOFF_number) return build->number;
+  return sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (radius + build->number); /* of boxes */
+}
+
 static struct group group_of(const struct kith_build *build, kith_index first, kith_index count) {
   const struct kith_search *search = build->targets->search;
   const double *restrict own = search->radius->f64, *restrict own2 = search->radius2, *c[NDIM];
@@ -48,9 +54,8 @@ static struct group group_of(const struct kith_build *build, kith_index first, k
     radius = KITH_MAX(radius, own[node[slot]]);
     radius2 = KITH_MAX(radius2, own2[slot]);
   }
-  if (build->cutoff == KITH_CUTOFF_number) radius = build->number, radius2 = radius * radius;
-  if (build->cutoff == KITH_CUTOFF_boxes)
-    radius = sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (radius + build->number), radius2 = radius * radius;
+  if (build->cutoff == KITH_CUTOFF_number || build->cutoff == KITH_CUTOFF_boxes)
+    radius = reach(build, radius), radius2 = radius * radius;
   return (struct group){{first, count}, targets, box, radius, radius2};
 }
 
