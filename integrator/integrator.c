@@ -42,6 +42,7 @@ void kith_integrator_clear(struct kith_integrator *it) {
   if (it->self != NULL && it->scheme->destroy != NULL) it->scheme->destroy(it);
   kith_free(&it->self);
   kith_free(&it->near.node);
+  it->near.capacity = 0;
   kith_free(&it->scratch.keep);
   kith_free(&it->scratch.renumber);
 }
@@ -89,7 +90,7 @@ static void kick_by_rates(struct kith_integrator *it, double dt, kith_index begi
 /* For nodes begin .. end - 1: v += dt A, u by (1) of package.h. `late`: from the evaluation to mid-dt. */
 static void kick(struct kith_integrator *it, double dt, double late, kith_index begin, kith_index end) {
   const struct kith_package *package = it->package;
-  double *restrict u = it->hydro->energy->f64;
+  double *u = it->hydro->energy->f64;
   kick_by_rates(it, dt, begin, end);
   if (!package->compatible) return;
   const double *restrict correction = package->energy_correction->f64;
@@ -131,11 +132,10 @@ void kith_drift(struct kith_integrator *it, double dt) {
 
 void kith_predict(struct kith_integrator *it, double drift, double dt, double later) {
   const kith_index n = it->nodes->n_internal;
-  double *restrict x = it->nodes->position->f64, *restrict u = it->hydro->energy->f64,
-                   *restrict v = it->hydro->velocity->f64, *restrict u0 = it->energy_base->f64,
-                   *restrict v0 = it->kick.velocity_base->f64;
-  double *restrict last = it->scheme->stages ? NULL : it->energy_rate_last->f64;
-  const double *restrict rate = it->hydro->energy_rate->f64;
+  double *x = it->nodes->position->f64, *u = it->hydro->energy->f64, *v = it->hydro->velocity->f64,
+         *u0 = it->energy_base->f64, *v0 = it->kick.velocity_base->f64,
+         *last = it->scheme->stages ? NULL : it->energy_rate_last->f64;
+  const double *rate = it->hydro->energy_rate->f64;
   const double more = it->dt > 0 ? dt * later / it->dt : 0;
   it->kick.lead = dt;
 #pragma omp parallel for schedule(static)
@@ -148,7 +148,8 @@ void kith_predict(struct kith_integrator *it, double drift, double dt, double la
 #pragma omp simd
     for (kith_index i = from; i < end; ++i) u0[i] = u[i];
     kick_by_rates(it, dt, from, end);
-    for (kith_index i = from; last != NULL && i < end; ++i) {
+#pragma omp simd
+    for (kith_index i = from; i < (last != NULL ? end : from); ++i) {
       u[i] += more * (rate[i] - last[i]);
       last[i] = rate[i];
     }
@@ -158,8 +159,8 @@ void kith_predict(struct kith_integrator *it, double drift, double dt, double la
 
 void kith_correct(struct kith_integrator *it, double dt) {
   const kith_index n = it->nodes->n_internal;
-  double *restrict u = it->hydro->energy->f64, *restrict v = it->hydro->velocity->f64;
-  const double *restrict u0 = it->energy_base->f64, *restrict v0 = it->kick.velocity_base->f64;
+  double *u = it->hydro->energy->f64, *v = it->hydro->velocity->f64;
+  const double *u0 = it->energy_base->f64, *v0 = it->kick.velocity_base->f64;
   it->kick.time = 0;
 #pragma omp parallel for schedule(static)
   for (kith_index from = 0; from < n; from += KITH_STRETCH) {

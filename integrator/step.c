@@ -166,8 +166,12 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
     memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
   kith_status status = kith_integrator_rates(it);
   if (status == KITH_OK && has_blocks(it)) status = it->scheme->start(it);
-  if (status == KITH_OK && it->follows) kith_window_begin(it);
-  if (status == KITH_OK) status = after_rates(it, KITH_OK);
+  kith_status moved = KITH_OK; /* of this rank */
+  if (status == KITH_OK && it->follows) {
+    moved = kith_hydro_physical(it->hydro); /* while all are awake */
+    kith_window_begin(it);
+  }
+  if (status == KITH_OK) status = after_rates(it, moved);
   kith_profile_end(it->profile);
   KITH_TRY(status);
   /* From cold gas the first step would be too long: no signal has reached the neighbors yet. */
@@ -179,6 +183,7 @@ kith_status kith_integrator_resume(struct kith_integrator *it) {
   it->clock = it->time;
   if (!kith_rebuilds_lasting(it->rebuilds))
     return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due in every step, but not as first_build */
+  /* Overwrites both fields, which no node that sleeps needs: a window takes no lists that last. */
   return kith_lifecycle_remake(it, it->kick.velocity_base, it->energy_base);
 }
 

@@ -67,8 +67,8 @@ void kith_window_begin(struct kith_integrator *it) {
     stop(package->pair_acceleration, i);
     stop(package->energy_correction, i);
     stop(package->velocity_divergence, i);
-    for (int a = 0; a < NDIM; ++a) /* -0 becomes 0 here, as it would by a kick */
-      it->hydro->velocity->f64[(size_t)i * NDIM + (size_t)a] += 0;
+    for (size_t k = (size_t)i * NDIM; k < (size_t)(i + 1) * NDIM; ++k) /* -0 becomes 0, as by a kick */
+      it->kick.velocity_base->f64[k] = it->hydro->velocity->f64[k] += 0;
   }
 }
 

@@ -299,6 +299,7 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
                             const struct kith_config_node *a, const struct kith_config_node *b, bool swapped,
                             const struct kith_config_node *found[2]) {
   char index[16];
+  const bool named = row != NULL && row->params != NULL && row->form == KITH_FORM_NAMED; /* keys are names */
   if (a->null || (row != NULL && row->role != KITH_ROLE_STATE)) return false;
   if (b == NULL && is_default(row, a)) return false;
   if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind) ||
@@ -309,8 +310,8 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
   for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
     snprintf(index, sizeof index, "%d", child->index);
     const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : index);
-    const struct kith_param *below = child->key != NULL ? kith_params_find(rows, child->key) : NULL;
-    const struct kith_param *chooser = below == NULL ? find_chooser(rows) : NULL;
+    const struct kith_param *below = child->key != NULL && !named ? kith_params_find(rows, child->key) : NULL;
+    const struct kith_param *chooser = below == NULL && !named ? find_chooser(rows) : NULL;
     if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* the choice of the member is free */
     if (chooser != NULL && child->key != NULL) below = row_of_member(chooser, child->key, a, b);
     if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))

@@ -109,8 +109,9 @@ struct kith_search_ops {
 struct kith_search {
   const struct kith_search_ops *ops;
   const void *settings; /* borrowed; NULL: defaults. Set before the first update */
-  bool fresh_cells; /* set by the caller: an update keeps no cells, so that the number of candidates is the
-                         * same after a restart; block steps see by it when to search anew */
+  /* Set by the caller: updates keep no cells, so that the number of candidates is the same after a restart;
+   * block steps see by it when to search anew. */
+  bool fresh_cells;
   void *self;
   /* What it was made from. */
   const struct kith_nodes *nodes;    /* borrowed */

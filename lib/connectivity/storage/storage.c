@@ -8,18 +8,20 @@
 KITH_FAMILY(kith_storage, KITH_STORAGE_LIST(X))
 #undef X
 
-const struct kith_storage_ops *kith_storage_of(const char *words) {
-  for (const struct kith_storage_ops *const *p = kith_storage_all(); *p != NULL; ++p)
-    if (kith_name_is((*p)->name, words, strcspn(words, ":"))) return *p;
-  return NULL;
-}
-
 kith_status kith_stored_create(struct kith_stored *out, const char *words) {
   int member;
   *out = (struct kith_stored){0};
   KITH_TRY(kith_family_choose(kith_storage_member, "storage", words, strlen(words), &member, &out->settings));
   out->ops = kith_storage_all()[member];
   return KITH_OK;
+}
+
+const struct kith_storage_ops *kith_storage_of(const char *words) {
+  struct kith_stored stored;
+  const kith_status status = kith_stored_create(&stored, words);
+  const struct kith_storage_ops *ops = stored.ops;
+  kith_stored_clear(&stored);
+  return status == KITH_OK ? ops : NULL;
 }
 
 kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node) {

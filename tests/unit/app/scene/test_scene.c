@@ -356,8 +356,9 @@ static void compares(void) {
                {"materials.gas.gamma=1.40", NULL},
                {"materials.gas.eos=ideal", NULL},
                {"regions.0.density=1.0", NULL},
-               {"reproducible=false", NULL},      /* the default, not given before */
-               {"method.viscosity.alpha=", NULL}, /* that of the package */
+               {"reproducible=false", NULL},        /* the default, not given before */
+               {"method.viscosity.alpha=", NULL},   /* that of the package */
+               {"materials.gamma.gamma=1.4", NULL}, /* the name of a material may be that of a key */
                {"gravity=[0,0.0,0]", NULL},
                {"regions.1.velocity=[0,0,0]", NULL},
                /* settings that do not affect the state */
