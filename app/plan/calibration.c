@@ -7,6 +7,7 @@
 #include <string.h>
 #include <time.h>
 #include "integrator/lifecycle.h"
+#include "integrator/window.h"
 
 /* Processor time if there is one thread, so that other programs do not count; else wall time. */
 static double seconds_now(void) {
@@ -21,6 +22,7 @@ kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *
   const double start = seconds_now();
   double before = start;
   *seconds = INFINITY;
+  if (it->follows) memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
   for (int k = 0; k < 3 && before - start < 0.5; ++k) {
     if (kith_rebuilds_lasting(it->rebuilds)) {
       KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
@@ -31,6 +33,7 @@ kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *
     *seconds = fmin(*seconds, now - before);
     before = now;
   }
+  if (it->follows) kith_window_begin(it);
   return KITH_OK;
 }
 

@@ -21,7 +21,8 @@ kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_opti
                                double resolution);
 
 /* Measures the seconds of one evaluation and of the neighbor lists it needs, in a simulation that was
- * started: the least of up to 3, as many as half a second allows. */
+ * started: the least of up to 3, as many as half a second allows. With a window, of all nodes; those at rest
+ * sleep again afterwards. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
 struct kith_calibration {

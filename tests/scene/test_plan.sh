@@ -124,6 +124,13 @@ END
   [[ $planned == "$taken" ]] || wrong "$faces: ghosts and row entries a node are $taken, not $planned"
 done
 
+# With a window they are those of all nodes, too.
+for window in whole follow; do
+  ok "$kith" plan "$inputs/sod.yaml" --set dimension=1 --set window=$window
+  grep -E '^    rows |^  ghosts ' stdout >lists-$window
+done
+[[ -s lists-whole ]] && same lists-whole lists-follow
+
 # Settings that would save time are those which the scene takes.
 for scene in copper-piston driven-shock layer; do
   plan=("$kith" plan "$inputs/$scene.yaml" --set dimension=1 --set resolution=40 --set until=0)
