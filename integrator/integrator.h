@@ -142,7 +142,9 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 
 /* Copies a field of internal nodes. */
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
-/* Kicks: v += dt A, u by (1) of package.h, kick.time += dt. */
+/* Kicks: v += dt A, u by (1) of package.h, kick.time += dt. Here, in kith_predict and kith_correct nodes that
+ * sleep (window.h) are skipped: their rates are 0, and their stored velocities and energies are the present
+ * ones since the start. */
 void kith_kick(struct kith_integrator *integrator, double dt);
 /* Returns the factor by which a support grows in a time dt: exp(dt div v / d), the exponent within 0.2. */
 static inline double kith_support_growth(double dt, double velocity_divergence) {
