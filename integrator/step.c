@@ -46,8 +46,8 @@ static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_rea
   return kith_rebuilds_allow(rebuilds, it->nodes, "nodes moved too far within a step");
 }
 
-/* Makes the lists, and again as long as nodes wake by what is in them. */
-static kith_status make_lists(struct kith_integrator *it, enum kith_rebuild_reason reason) {
+/* Rebuilds the lists, again and again as long as they show sleeping nodes that wake (window.h). */
+static kith_status rebuild_lists(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   KITH_TRY(kith_lifecycle(it, reason));
   while (it->follows) {
     KITH_TRY(kith_lifecycle_close(it));
@@ -68,7 +68,7 @@ static kith_status rebuild_if_due(struct kith_integrator *it, bool evaluates) {
   it->due = KITH_BECAUSE_none;
   it->fresh = false;
   if (reason == KITH_BECAUSE_none) return KITH_OK;
-  KITH_TRY(make_lists(it, reason));
+  KITH_TRY(rebuild_lists(it, reason));
   return evaluates ? KITH_OK : kith_lifecycle_close(it);
 }
 
@@ -107,7 +107,7 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
       return kith_ranks_allreduce_status(
           it->nodes->ranks, kith_fail(KITH_DIVERGED, "a support does not converge: %s after %d rebuilds",
                                       kith_failure(), growth));
-    KITH_TRY(make_lists(it, KITH_BECAUSE_support));
+    KITH_TRY(rebuild_lists(it, KITH_BECAUSE_support));
     it->fresh = false;
   }
   if (status == KITH_OK) status = kith_lifecycle_close(it);
@@ -166,12 +166,12 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
     memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
   kith_status status = kith_integrator_rates(it);
   if (status == KITH_OK && has_blocks(it)) status = it->scheme->start(it);
-  kith_status moved = KITH_OK; /* of this rank */
+  kith_status mine = KITH_OK;
   if (status == KITH_OK && it->follows) {
-    moved = kith_hydro_physical(it->hydro); /* while all are awake */
+    mine = kith_hydro_physical(it->hydro); /* while all are awake */
     kith_window_begin(it);
   }
-  if (status == KITH_OK) status = after_rates(it, moved);
+  if (status == KITH_OK) status = after_rates(it, mine);
   kith_profile_end(it->profile);
   KITH_TRY(status);
   /* From cold gas the first step would be too long: no signal has reached the neighbors yet. */
