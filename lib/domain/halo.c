@@ -2,6 +2,7 @@
 #include "lib/domain/halo.h"
 
 #include <math.h>
+#include <omp.h>
 #include <string.h>
 #include "lib/domain/ghost_candidates.h"
 
@@ -95,15 +96,33 @@ static kith_status lay_out(struct kith_halo *halo) {
   return KITH_OK;
 }
 
-static void pack_peer(const struct kith_halo *halo, const struct peer *peer, char *to) {
+/* to[k] = from[at[k]], values of `size` bytes. */
+static inline void gather(char *restrict to, const char *restrict from, const kith_index *at,
+                          kith_index begin, kith_index end, size_t size) {
+  for (kith_index k = begin; k < end; ++k) memcpy(to + (size_t)k * size, from + (size_t)at[k] * size, size);
+}
+
+/* Called by all threads of a team. The sizes of most fields are known to the compiler. */
+static void pack_share(const struct kith_halo *halo, const struct peer *peer, char *to) {
+  const int threads = omp_get_num_threads(), me = omp_get_thread_num();
+  const kith_index begin = kith_part_start(peer->n_send, me, threads),
+                   end = kith_part_start(peer->n_send, me + 1, threads);
   for (int f = 0; f < halo->n_parts; ++f) {
-    const size_t size = halo->size[f];
     const char *from = halo->field[f]->data;
-#pragma omp parallel for schedule(static) if ((size_t)peer->n_send * size > 1 << 16)
-    for (kith_index k = 0; k < peer->n_send; ++k)
-      memcpy(to + (size_t)k * size, from + (size_t)peer->send[k] * size, size);
+    const size_t size = halo->size[f], scalar = sizeof(double), vector = NDIM * sizeof(double);
+    if (size == scalar)
+      gather(to, from, peer->send, begin, end, scalar);
+    else if (size == vector)
+      gather(to, from, peer->send, begin, end, vector);
+    else
+      gather(to, from, peer->send, begin, end, size);
     to += part_size(halo, f, peer->n_send);
   }
+}
+
+static void pack_peer(const struct kith_halo *halo, const struct peer *peer, char *to) {
+#pragma omp parallel if (message_size(halo, peer->n_send) > 1 << 16)
+  pack_share(halo, peer, to);
 }
 
 static void unpack_peer(const struct kith_halo *halo, const struct peer *peer, const char *from) {
