@@ -139,13 +139,16 @@ kith_status kith_bounds_find(const struct kith_candidates *candidates, const str
 
 static void mark_group(const struct kith_candidates *c, const struct kith_nodes *nodes, int g,
                        const struct kith_bounds *cell, int n, double factor) {
+  const kith_index begin = g * GROUP_SIZE, end = KITH_MIN(c->n, begin + GROUP_SIZE);
+  kith_index left = 0; /* nodes that are not marked yet */
   c->hit[g] = 0;
-  for (int k = 0; k < n; ++k) {
+  for (kith_index i = begin; i < end; ++i) left += c->mark[i] == 0;
+  for (int k = 0; k < n && left > 0; ++k) {
     if (!is_near(c, &c->group[g], &cell[k], factor)) continue;
-    for (kith_index i = g * GROUP_SIZE; i < KITH_MIN(c->n, (g + 1) * GROUP_SIZE); ++i) {
+    for (kith_index i = begin; i < end; ++i) {
       if (c->mark[i] != 0) continue;
       const struct kith_bounds node = bounds_of(nodes, i);
-      if (is_near(c, &node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1;
+      if (is_near(c, &node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1, --left;
     }
   }
 }
