@@ -159,6 +159,15 @@ static bool may_cull(const struct kith_integrator *it) {
          (it->nodes->n_ghost > 0 || it->nodes->ranks != NULL);
 }
 
+/* Keeps all ghosts if few could be culled: to renumber the lists costs more than these ghosts do. */
+static void keep_few(const struct kith_nodes *nodes, uint8_t *keep) {
+  enum { WORTH_A_CULL = 16 }; /* one ghost of so many */
+  kith_index kept = 0;
+#pragma omp parallel for simd schedule(static) reduction(+ : kept) if (nodes->n_ghost > KITH_FEW)
+  for (kith_index g = 0; g < nodes->n_ghost; ++g) kept += keep[g] != 0;
+  if ((nodes->n_ghost - kept) * WORTH_A_CULL < nodes->n_ghost) memset(keep, 1, (size_t)nodes->n_ghost);
+}
+
 /* Marks the ghosts that this rank needs, and sends that to other ranks. Called while rows are built, unless
  * packages cut them afterwards: then the messages travel while entries are filled in. */
 static kith_status tell_marks(void *integrator) {
@@ -172,6 +181,7 @@ static kith_status tell_marks(void *integrator) {
     if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
       memset(it->scratch.keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
   }
+  if (nodes->n_ghost > 0) keep_few(nodes, it->scratch.keep);
   kith_halo_start_cull(it->hydro->halo, nodes, it->scratch.keep);
   it->scratch.told = true;
   return KITH_OK;
@@ -210,9 +220,11 @@ static kith_status cull(struct kith_integrator *it, kith_status status) {
   if (!it->scratch.told) kith_halo_start_cull(it->hydro->halo, nodes, NULL);
   it->scratch.told = false;
   kith_halo_finish_cull(it->hydro->halo, nodes, status == KITH_OK ? it->scratch.keep : NULL);
-  if (status == KITH_OK) status = kith_nodes_cull_ghosts(nodes, it->scratch.keep, it->scratch.renumber);
-  if (status == KITH_OK) kith_halo_remap(it->hydro->halo, it->scratch.renumber);
-  if (status == KITH_OK) count_culled(it, blocks, n_blocks);
+  if (status == KITH_OK && before > 0 && memchr(it->scratch.keep, 0, (size_t)before) != NULL) {
+    status = kith_nodes_cull_ghosts(nodes, it->scratch.keep, it->scratch.renumber);
+    if (status == KITH_OK) kith_halo_remap(it->hydro->halo, it->scratch.renumber);
+    if (status == KITH_OK) count_culled(it, blocks, n_blocks);
+  }
   kith_free(&blocks);
   kith_profile_count(it->profile, "culled", before - nodes->n_ghost);
   kith_profile_end(it->profile);
