@@ -55,11 +55,16 @@ static bool is_of_earlier_run(const struct kith_output *output, bool restarted, 
   static const char pictures[] = "@(@(plot|growth).@(gp|png|pdf)|probe_*.@(gp|png|pdf|dat|bin)|" DATA ")",
                     of_frame[] = "@(.@(gp|png)|_@(" DATA "))"; /* after the number */
 #undef DATA
-  int number = -1, end = 0;
-  if (sscanf(name, "snapshot_%4d.hdf%n", &number, &end) == 1 && end > 0)
-    return name[end] == '\0' && (!restarted || number >= output->n_snapshots);
-  if (sscanf(name, "frame_%4d%n", &number, &end) == 1)
-    return fnmatch(of_frame, name + end, FNM_EXTMATCH) == 0 && (!restarted || number >= output->n_snapshots);
+  char own[32];
+  int number = -1;
+  if (sscanf(name, "snapshot_%d", &number) == 1 || sscanf(name, "frame_%d", &number) == 1) {
+    const bool later = number >= (restarted ? output->n_snapshots : 0);
+    snapshot_name(number, own);
+    if (strcmp(name, own) == 0) return later;
+    const int length = snprintf(own, sizeof own, "frame_%04d", number);
+    return later && strncmp(name, own, (size_t)length) == 0 &&
+           fnmatch(of_frame, name + length, FNM_EXTMATCH) == 0;
+  }
   return !restarted && fnmatch(pictures, name, FNM_EXTMATCH) == 0;
 }
 

@@ -23,7 +23,6 @@ struct kith_output {
   int n_snapshots;
   size_t capacity;
   double *times;      /* of the snapshots written */
-  double next;        /* time of the next snapshot */
   bool from_previous; /* restored from the last checkpoint but one: the last is damaged */
   struct kith_history history;
   struct kith_probes *probes;     /* NULL: the scene has none */

@@ -8,7 +8,7 @@
 #include "lib/io/checkpoint.h"
 #include "lib/nodes/migrate.h"
 
-enum { REALS = 8, COUNTS = 6, SUMS = 3 /* the last of the counts, which ranks add up */ };
+enum { REALS = 7, COUNTS = 6, SUMS = 3 /* the last of the counts, which ranks add up */ };
 
 /* Numbers that are stored of a run, for all ranks together. */
 struct saved {
@@ -33,12 +33,11 @@ struct places {
   uint64_t *count[COUNTS];
 };
 
-static struct places places_of(struct kith_output *output, struct kith_simulation *m) {
+static struct places places_of(struct kith_simulation *m) {
   struct kith_integrator *it = &m->integrator;
   double *const accurate_dt = it->scheme->accurate_dt != NULL ? it->scheme->accurate_dt(it) : NULL;
   return (struct places){
-      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, accurate_dt, &it->until, &it->every,
-       &output->next},
+      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, accurate_dt, &it->until, &it->every},
       {&it->step, (uint64_t *)&it->timestep_limit.node, &it->since_reorder, &m->package.pair_evaluations,
        &m->package.support_iterations, &m->package.fallbacks}};
 }
@@ -47,9 +46,8 @@ static bool first_rank(const struct kith_simulation *m) {
   return kith_ranks_rank(m->nodes->ranks) == 0;
 }
 
-static struct saved collect(struct kith_output *output, struct kith_simulation *m,
-                            const struct kith_conservation_baseline *baseline) {
-  const struct places places = places_of(output, m);
+static struct saved collect(struct kith_simulation *m, const struct kith_conservation_baseline *baseline) {
+  const struct places places = places_of(m);
   struct saved saved = {.baseline = *baseline,
                         .ledger = kith_ledger_of_all(&m->integrator.ledger, m->nodes->ranks),
                         .through = {m->hydro.through, m->integrator.flow.rate}};
@@ -78,7 +76,7 @@ kith_status kith_output_checkpoint(struct kith_output *output, struct kith_simul
                                    const struct kith_conservation_baseline *baseline) {
   struct kith_ranks *ranks = m->nodes->ranks;
   struct kith_checkpoint *c = NULL;
-  struct saved saved = collect(output, m, baseline);
+  struct saved saved = collect(m, baseline);
   char path[640];
   snprintf(path, sizeof path, "%s/checkpoint.kith", output->directory);
   /* Tables are flushed first: a restart keeps their rows up to the checkpoint. */
@@ -156,15 +154,12 @@ static kith_status read_share(struct kith_checkpoint *c, struct kith_output *out
   return kith_checkpoint_get(c, "snapshot_times", KITH_F64, output->times, n_snapshots);
 }
 
-static void take_back(struct kith_output *output, struct kith_simulation *m, const struct saved *saved) {
-  const struct places places = places_of(output, m);
+static void take_back(struct kith_simulation *m, const struct saved *saved) {
+  const struct places places = places_of(m);
   for (int k = 0; k < REALS; ++k)
     if (places.real[k] != NULL) *places.real[k] = saved->real[k];
   for (int k = 0; k < COUNTS; ++k) /* sums over ranks go to rank 0 */
     if (k < COUNTS - SUMS || first_rank(m)) *places.count[k] = saved->count[k];
-  const double every = m->scene->output.every, next = output->next, now = m->integrator.time;
-  if (every > 0 && !(next > now && next <= now + (1 + 1e-9) * every)) /* the scene has another `every` now */
-    output->next = every * (floor(now / every * (1 + 1e-9)) + 1);
   m->hydro.through = saved->through[0], m->integrator.flow.rate = saved->through[1];
 }
 
@@ -178,7 +173,7 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   kith_nodes_destroy(&by_id);
   KITH_TRY(status);
   if (m->decomposition != NULL) KITH_TRY(kith_decomposition_resume(m->decomposition, m->nodes));
-  take_back(output, m, saved);
+  take_back(m, saved);
   return KITH_OK;
 }
 

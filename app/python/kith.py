@@ -183,7 +183,8 @@ class Run:
 
     def __init__(self, directory):
         self.directory = directory
-        names = sorted(n for n in os.listdir(directory) if n.startswith("snapshot_") and n.endswith(".hdf"))
+        names = [n for n in os.listdir(directory) if n.startswith("snapshot_") and n.endswith(".hdf")]
+        names.sort(key=lambda name: (len(name), name))  # number 10000 has a digit more than 9999
         if not names:
             raise FileNotFoundError(f"{directory}: there is no snapshot_NNNN.hdf")
         self._paths = [os.path.join(directory, name) for name in names]

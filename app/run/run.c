@@ -5,7 +5,9 @@
 #include "app/cli/options.h"
 
 #include <ctype.h>
+#include <float.h>
 #include <limits.h>
+#include <math.h>
 #include <omp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -44,6 +46,7 @@ struct run {
   struct kith_report report;
   double entered, until, started, cpu_started; /* entered: clock when the program began */
   double saved, begun, slowest; /* clock at the last checkpoint and step; seconds of the slowest step */
+  double next_snapshot;         /* its time */
   uint64_t first_step, first_updates, first_pairs;
   double updates; /* nodes of this rank, summed over the steps */
   bool stopped;   /* by a signal, or for want of time; the same on all ranks */
@@ -301,14 +304,21 @@ static kith_status begin(struct run *run) {
   KITH_TRY(status);
   KITH_STAGE(status, run->profile, "output", write_snapshot(run));
   KITH_TRY(status);
-  run->output.next = run->scene->output.every;
   return kith_probes_sample(run->output.probes, false);
+}
+
+/* The time of the next snapshot, a multiple of output.every; infinite if only the first and last are wanted.
+ * It follows from the time alone, so that a restart has it, too, with another output.every as well. */
+static double next_snapshot(const struct run *run) {
+  const double every = run->scene->output.every, time = run->simulation->integrator.time;
+  if (every <= 0) return INFINITY;
+  return every * (floor(time / every * (1 + 2 * DBL_EPSILON) + 1e-9) + 1);
 }
 
 /* The time the next step must not pass: the next snapshot, unless only a tiny last step would follow it. */
 static double step_end(const struct run *run) {
-  const double every = run->scene->output.every, next = run->output.next;
-  return every <= 0 || next > run->until - 1e-9 * every ? run->until : next;
+  const double next = run->next_snapshot;
+  return next > run->until - 1e-9 * run->scene->output.every ? run->until : next;
 }
 
 /* Writes a checkpoint of now, before which all tables are on the disk. */
@@ -334,11 +344,7 @@ static kith_status after_step(struct run *run) {
   KITH_TRY(sample_growth(run));
   KITH_TRY(kith_contacts_sample(run->output.contacts));
   KITH_TRY(kith_probes_sample(run->output.probes, finished(run)));
-  const double every = run->scene->output.every;
-  if (every > 0 && it->time > run->output.next - 1e-9 * every) {
-    KITH_TRY(write_snapshot(run));
-    run->output.next += every;
-  }
+  if (it->time > run->next_snapshot - 1e-9 * run->scene->output.every) KITH_TRY(write_snapshot(run));
   const int steps_between = run->scene->output.checkpoint;
   if (it->wish[SAVE] > 0 || (steps_between > 0 && it->step % (uint64_t)steps_between == 0)) return save(run);
   return KITH_OK;
@@ -367,6 +373,7 @@ static kith_status steps(struct run *run) {
   it->summarizes = true, it->ask = ask, it->asker = run;
   while (!finished(run)) {
     run->begun = kith_seconds();
+    run->next_snapshot = next_snapshot(run);
     KITH_TRY(kith_integrator_step(it, step_end(run)));
     run->stopped = it->wish[STOP] > 0;
     kith_profile_begin(run->profile, "output");

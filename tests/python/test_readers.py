@@ -168,5 +168,8 @@ with tempfile.TemporaryDirectory() as place:
     check(done.returncode == 2 and done.stderr.startswith(f"convergence.py: {bare}: no L1 error"),
           f"without an exact solution: {done.stderr}")
     check(kith.Run(bare).history["step"].tolist() == [1], "a history of one step")
+    for number in (9999, 10000, 10001):
+        os.link(f"{bare}/snapshot_0001.hdf", f"{bare}/snapshot_{number}.hdf")
+    check([s.path[-9:-4] for s in kith.Run(bare)[2:]] == ["_9999", "10000", "10001"], "order of snapshots")
 print(f"{failures} failures")
 sys.exit(failures > 0)

@@ -37,7 +37,9 @@ if ldd "$programs/kith-1d" | grep -q libmpi; then
   refused "kith: --ranks 100: mpirun needs 550 open files, and 200 are allowed" \
     bash -c 'ulimit -n 200; exec "$@"' - "$kith" run tiny.yaml --ranks 100
 fi
-refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=90000 "$kith" run tiny.yaml
+for threads in 90000 2147483648; do
+  refused "OMP_NUM_THREADS: more than 1024" env OMP_NUM_THREADS=$threads "$kith" run tiny.yaml
+done
 refused "list: 'kernl' is not one of scene, package" "$kith" list kernl
 refused "list: 'xyzzy' is not one of scene, package, added, kernel," "$kith" list xyzzy
 

@@ -40,9 +40,11 @@ done
 rm -rf out
 ok "$kith" run tiny.yaml --quiet -o out
 touch out/{plot,growth,probe_p}.{gp,png,pdf} out/{contacts,growth}.csv out/plot_of_mine.png
+touch out/{snapshot_0010,snapshot_10000}.hdf out/frame_{0010,10000}.png
+touch out/snapshot_99.hdf # no run writes this name
 stopped 1 "the time step collapsed" "$kith" run tiny.yaml --quiet -o out --set scheme.dt=1e-30
 [[ $(echo $(ls out)) == "history.csv plot_of_mine.png snapshot_0000.hdf snapshot_0001.hdf \
-snapshots.hdf.series" ]] || wrong "beside a run that failed: $(ls out)"
+snapshot_99.hdf snapshots.hdf.series" ]] || wrong "beside a run that failed: $(ls out)"
 
 # ---- in isothermal gas the energy has no effect on the pressure, and may become negative
 ok "$kith" run tiny.yaml --quiet -o out --until 0.2 --set materials.gas.eos=isothermal \
@@ -236,6 +238,15 @@ for run in other mixed; do # without the seconds
 done
 diff other.rows mixed.rows >difference ||
   wrong "a restart into the directory of another run: $(head -4 difference)"
+
+# With another output.every, snapshots are at its multiples. That of the end of the first run is not kept.
+rm -rf parts
+ok "$kith" run tiny.yaml --quiet -o parts --set output.every=0.1 --set output.checkpoint_at_end=true \
+  --until 0.05
+ok "$kith" run tiny.yaml --quiet -o parts --set output.every=0.07 --restart parts/checkpoint.kith \
+  --until 0.2
+times=$(sed -n 's/.*"time": *//p' parts/snapshots.hdf.series | xargs printf '%.4g ')
+[[ $times == "0 0.07 0.14 0.2 " ]] || wrong "a restart with another output.every has snapshots at $times"
 
 # ---- steps of equal length
 ok "$kith" run tiny.yaml --set scheme.dt=0.0025 --set until=0.05 --quiet -o equal
