@@ -19,7 +19,20 @@ static bool is_disturbed(const struct kith_integrator *it, kith_index i) {
            fabs(hydro->energy_rate->f64[i]) * h <= quiet * fabs(u) * c);
 }
 
+/* Is node i a neighbor of its own image in a face that moves? If it sleeps, no list shows that. */
+static bool meets_face(const struct kith_integrator *it, kith_index i) {
+  for (int k = 0; k < it->boundaries->n; ++k) {
+    const struct kith_boundary *b = it->boundaries->boundary[k];
+    const double x = it->nodes->position->f64[(size_t)i * NDIM + (size_t)b->axis];
+    if (kith_boundary_face_velocity(b->ops, b->settings) != 0 &&
+        2 * (b->at_lower ? x - b->lower : b->upper - x) < it->nodes->support->f64[i])
+      return true;
+  }
+  return false;
+}
+
 static bool moves(const struct kith_integrator *it, kith_index i) {
+  if (meets_face(it, i)) return true;
   const double v = kith_norm(it->hydro->velocity->f64 + (size_t)i * NDIM);
   return v * it->kick.evaluation_dt * it->evaluations > still * it->nodes->support->f64[i];
 }
@@ -41,8 +54,7 @@ static const uint8_t *reached(const struct kith_integrator *it,
   struct kith_field *const *field = it->reached;
   const int layers = LAYERS * it->evaluations;
 #pragma omp parallel for schedule(static)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    field[0]->u8[i] = it->nodes->activity->u8[i] == KITH_ACTIVE && sources(it, i);
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i) field[0]->u8[i] = sources(it, i);
   for (int k = 0; k < layers; ++k) {
     kith_halo_refresh(it->hydro->halo, it->nodes, &field[k % 2], 1);
     add_neighbors(it, field[k % 2]->u8, field[(k + 1) % 2]->u8);

@@ -10,10 +10,10 @@
  * the forces on theirs: a signal travels three neighbors per evaluation. So the state from which the rates of
  * a sleeping node would follow has not changed since the start, when its rates were round-off. A pair of a
  * sleeping and an awake node acts on the latter alone; forces on gas at rest balance, so the impulses that
- * are left out are round-off, too. Only a node that moves gets new neighbors, maybe from afar: as soon as
- * lists are made, what is near such a node in them wakes, and they are made again. Gas that is not at rest by
- * itself, as that of disordered nodes, is awake from the start, and then the run is bitwise the same as
- * without a window. */
+ * are left out are round-off, too. Only a node that moves gets new neighbors, maybe from afar, or one that a
+ * piston comes near: as soon as lists are made, what is near such a node in them wakes, and they are made
+ * again. Gas that is not at rest by itself, as that of disordered nodes, is awake from the start, and then
+ * the run is bitwise the same as without a window. */
 #ifndef KITH_INTEGRATOR_WINDOW_H
 #define KITH_INTEGRATOR_WINDOW_H
 

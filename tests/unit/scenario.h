@@ -175,8 +175,8 @@ static inline void scenario_identical(const struct scenario *a, const struct sce
  * boundaries. */
 static inline double scenario_energy_error(const struct scenario *s) {
   const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
-  const double e0 = s->start.kinetic + s->start.internal;
-  return fabs(now.kinetic + now.internal - e0) / e0;
+  const double change = kith_totals_energy(&now) - kith_totals_energy(&s->start);
+  return fabs(change) / (s->start.kinetic + s->start.internal);
 }
 static inline double scenario_momentum_error(const struct scenario *s) {
   const struct kith_totals now = kith_hydro_totals(&s->simulation->hydro);
