@@ -326,3 +326,31 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
   kith_free(&bins.sum);
   return status;
 }
+
+double kith_norms_mismatch(const char **name, const struct kith_exact_ops *ops, const void *solution,
+                           bool blast, const struct kith_window *window,
+                           const struct kith_profile_view *nodes) {
+  static const char *const names[] = {"density", "speed", "energy"};
+  const struct measure m = {ops, solution, 0, 0, kith_exact_center(ops, solution), window, nodes};
+  struct kith_sum sum[2][3] = {{{{0}, 0}}}; /* differences, and sums of both */
+  double most = 0;
+  for (kith_index i = 0; i < nodes->n; ++i) {
+    if (!inside(&m, i)) continue;
+    struct kith_exact_state exact;
+    ops->state(solution, place(&m, i), 0, &exact);
+    const double own_speed = speed(&m, i, &nodes->velocity[(size_t)i * NDIM]),
+                 exact_speed = speed(&m, i, exact.velocity), squares = own_speed * own_speed;
+    const double own[] = {nodes->density[i], own_speed, nodes->energy[i]},
+                 other[] = {exact.density, exact_speed, exact.energy};
+    for (int q = 0; q < (blast ? 2 : 3); ++q) {
+      kith_sum_add(&sum[0][q], volume(&m, i) * fabs(own[q] - other[q]));
+      kith_sum_add(&sum[1][q], volume(&m, i) * (fabs(own[q]) + fabs(other[q]) + (q == 2 ? squares : 0)));
+    }
+  }
+  kith_sum_ranks(nodes->ranks, &sum[0][0], 6);
+  for (int q = 0; q < 3; ++q) {
+    const double both = kith_sum_value(&sum[1][q]), part = both > 0 ? kith_sum_value(&sum[0][q]) / both : 0;
+    if (part > most) most = part, *name = names[q];
+  }
+  return most;
+}

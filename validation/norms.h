@@ -79,4 +79,15 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                                double time, const struct kith_window *window,
                                const struct kith_profile_view *nodes);
 
+/* How far nodes at the start are from the solution at time 0, in the window: the largest of
+ *
+ *   sum_i V_i |q_i - q(x_i)| / sum_i V_i (|q_i| + |q(x_i)|)
+ *
+ * for q the density, the speed and the energy, whose lower sum has the square of the speed, too: cold flows
+ * may have any small energy. Without the energy if there is a blast: that of the solution is in a point.
+ * *name: which q it is; not set if none differs. Collective. */
+double kith_norms_mismatch(const char **name, const struct kith_exact_ops *ops, const void *solution,
+                           bool blast, const struct kith_window *window,
+                           const struct kith_profile_view *nodes);
+
 #endif

@@ -197,6 +197,25 @@ static kith_status choose_gas(struct run *run) {
   return kith_ranks_allreduce_status(run->ranks, copy_gas(run));
 }
 
+/* Beyond round-off, linear theory, and densities that are means over cells. */
+static const double tolerated_mismatch = 0.01;
+
+/* Warns if the nodes do not start with the exact solution, whose parameters are then of another scene. */
+static kith_status compare_start(struct run *run) {
+  const struct kith_scene *scene = run->scene;
+  const char *name = "";
+  if (run->exact == NULL) return KITH_OK;
+  KITH_TRY(choose_gas(run));
+  const struct kith_profile_view view = view_of(run);
+  const double part = kith_norms_mismatch(&name, scene->exact.ops, run->exact, scene->n_deposits > 0,
+                                          &scene->exact.window, &view);
+  kith_nodes_destroy(&run->gas);
+  if (part > tolerated_mismatch && speaks(run))
+    fprintf(stderr, "kith: warning: exact: the scene does not start as %s does: the %s differs by %.3g %%\n",
+            scene->exact.ops->name, name, 100 * part);
+  return KITH_OK;
+}
+
 /* Measures what the measures at the end are compared with. */
 static kith_status measure_start(struct run *run) {
   if (!measures(run->scene)) return KITH_OK;
@@ -292,13 +311,17 @@ static kith_status begin(struct run *run) {
   run->first_step = run->simulation->integrator.step;
   if (speaks(run)) kith_simulation_warn(run->simulation);
   if (speaks(run) && !run->options->quiet) warn_of_cores(run->ranks);
-  if (run->options->restart == NULL) KITH_TRY(kith_simulation_start(run->simulation));
+  kith_status status = KITH_OK;
+  if (run->options->restart == NULL) {
+    KITH_STAGE(status, run->profile, "comparison", compare_start(run));
+    KITH_TRY(status);
+    KITH_TRY(kith_simulation_start(run->simulation));
+  }
   run->first_updates = run->simulation->integrator.ledger.updates;
   run->first_pairs = run->simulation->package.pair_evaluations;
   if (run->options->restart != NULL) return KITH_OK;
   const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
   run->baseline = kith_conservation_baseline_of(&first);
-  kith_status status;
   KITH_STAGE(status, run->profile, "comparison", measure_start(run));
   if (status == KITH_OK) status = sample_growth(run);
   KITH_TRY(status);

@@ -101,6 +101,13 @@ done
   "kith: warning: scheme.cfl: 0.5 is beyond 0.38, up to which gas at rest stays so with mfm" ]] ||
   wrong "plan warned: $(<stderr)"
 
+# An exact solution with parameters of another scene.
+"$kith" run "$inputs/noh.yaml" --quiet --steps 1 --set dimension=1 --set output.plot=false \
+  --set exact.velocity=3 >stdout 2>stderr || wrong "run stopped at another exact solution"
+rm -rf out
+[[ $(<stderr) == "kith: warning: exact: the scene does not start as noh does: the speed differs by 50 %" ]] ||
+  wrong "run warned: $(<stderr)"
+
 # The first dt of the plan is that of the run.
 planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
 ok "$kith" run tiny.yaml --quiet -o run --steps 1

@@ -62,6 +62,16 @@ static void *gas_at_rest(void) {
 static const struct kith_window all = {{-INFINITY, INFINITY}, {0, INFINITY}};
 
 /* Three nodes of volumes 1, 3 and 4; the energy of the solution is 1. */
+static void check_mismatch(const struct cloud *c, const void *self, const char *expected, double part) {
+  const char *name = "none";
+  const double found = kith_norms_mismatch(&name, &kith_exact_uniform, self, false, &all, &c->view);
+  CHECK_CLOSE(found, part, 1e-15);
+  CHECK(strcmp(name, expected) == 0);
+  name = "none"; /* of a blast the energy does not count */
+  const double blast = kith_norms_mismatch(&name, &kith_exact_uniform, self, true, &all, &c->view);
+  CHECK_CLOSE(blast, strcmp(expected, "energy") == 0 ? 0 : part, 1e-15);
+}
+
 static void test_by_hand(void) {
   struct cloud c;
   cloud_init(&c, 3);
@@ -86,6 +96,14 @@ static void test_by_hand(void) {
   CHECK_CLOSE(n.pressure.l1, (3 * 1 + 4 * 2) / 8., 1e-15);
   CHECK_CLOSE(n.pressure.linf, 2, 0);
   CHECK_CLOSE(n.energy.l2, sqrt(4 * 0.25 / 8), 1e-15);
+  check_mismatch(&c, self, "speed", 4 * 2 / (4 * 2.));
+  for (int a = 0; a < NDIM; ++a) c.velocity[2 * NDIM + a] = 0;
+  check_mismatch(&c, self, "density", (3 * 1 + 4 * 0.5) / (1 * 2 + 3 * 3 + 4 * 1.5));
+  for (int i = 0; i < 3; ++i) c.density[i] = 1, c.mass[i] = volume[i];
+  check_mismatch(&c, self, "energy", 4 * 0.5 / (1 * 2 + 3 * 2 + 4 * 2.5));
+  c.energy[2] = 1;
+  check_mismatch(&c, self, "none", 0);
+  for (int i = 0; i < 3; ++i) c.density[i] = density[i], c.mass[i] = density[i] * volume[i];
   /* Windows include their edges: node 1 is on both. */
   struct kith_window w = {{1, 1}, {0, INFINITY}};
   n = measure(&c, &kith_exact_uniform, self, 0, w);
