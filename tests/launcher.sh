@@ -129,6 +129,9 @@ done
 check 0 "kith 0." "$kith" --version
 check 0 "  stress [SWEEP|FILE]" "$kith" --help
 check 0 "usage: kith test [quick]" "$kith" test --help
+check 0 "  stress [SWEEP|FILE]" "$kith" help
+check 0 "usage: kith test [quick]" "$kith" help test
+check 2 "; did you mean 'list'? (see kith --help)" "$kith" lsit
 check 0 "--restart FILE" "$kith" run --help
 if "$kith" plan --help | grep -q -e --restart; then
   echo "the help of plan shows --restart" && failures=$((failures + 1))

@@ -180,7 +180,7 @@ static const struct kith_verb *find_verb(const char *name) {
   int v;
   kith_choices_format(VERBS, told, sizeof told);
   if (name == NULL) refuse("no verb; one of %s (see kith --help)", told);
-  if (kith_param_parse(&row, name, &v) != KITH_OK) refuse("verb %s", kith_failure());
+  if (kith_param_parse(&row, name, &v) != KITH_OK) refuse("verb %s (see kith --help)", kith_failure());
   return &verbs[v];
 }
 
@@ -257,7 +257,10 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
     if (c == ':') refuse("%.60s: its value is missing", argv[optind - 1]);
     if (c == '?') refuse_option(argv[KITH_MAX(optind - 1, 1)]);
     if (c == 1) {
-      take_word(o, optarg);
+      if (o->verb == NULL && strcmp(optarg, "help") == 0)
+        o->help = true;
+      else
+        take_word(o, optarg);
       continue;
     }
     int k = c - OPTION;

@@ -348,7 +348,8 @@ kith_status kith_suite_list(struct kith_study *study) {
   char names[2048] = "", told[2048];
   add_names(&study->programs, "/suites", names, sizeof names);
   kith_choices_format(names, told, sizeof told);
-  puts(told);
+  printf("%s\nThe first lines of each file in inputs/suites say what it shows and how long it takes.\n",
+         told);
   return KITH_OK;
 }
 

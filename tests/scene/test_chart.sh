@@ -186,6 +186,7 @@ ok "$kith" chart any.yaml -o any --quiet --set until=0.05 --set scheme.cfl=0.25
 (($(grep -cE '^\|.* (-|0) \|' any/chart.md) == 0)) || wrong "no costs in: $(<any/chart.md)"
 ok "$kith" chart list
 grep -q sod-1d stdout || wrong "no list of suites"
+grep -q "inputs/suites" stdout || wrong "chart list: where are the suites?"
 
 printf '%s\n' 'scene: tiny.yaml' 'settings: {exact.name: riemann}' 'resolution: [50]' >any.yaml
 ok "$kith" chart any.yaml -o any --quiet
