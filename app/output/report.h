@@ -59,7 +59,7 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out);
   X(COUNT, nodes, "nodes", (int64_t)sum[0], "", "internal nodes of all ranks, at the end")                \
   X(COUNT, steps, "steps", (int64_t)it->step, "", "steps since the start of the scene")                   \
   X(REAL, time, "time", it->time, "scene", "time at the end")                                             \
-  X(REAL, wall_seconds, "wall_seconds", wall, "s", "since the start or restart")                          \
+  X(REAL, wall_seconds, "wall_seconds", wall, "s", "without set-up and pictures")                         \
   X(REAL, cpu_seconds, "cpu_seconds", sum[3], "s", "processor time of all ranks and threads")             \
   X(REAL, node_updates_per_second, "node_updates_per_second", sum[4] / fmax(wall, 1e-9), "1/s",           \
     "nodes * steps of this process, with block steps updates of active nodes, / wall_seconds")            \

@@ -10,8 +10,8 @@ static double at(const json_t *object, const char *name) {
 }
 
 static void print_run(const struct kith_report *r, FILE *f) {
-  fprintf(f, "%.60s  %" PRId64 "-D, %" PRId64 " nodes, %" PRId64 " steps to t = %.6g", r->scene, r->dimension,
-          r->nodes, r->steps, r->time);
+  fprintf(f, "%.60s  %" PRId64 "-D, %" PRId64 " nodes, %" PRId64 " step%s to t = %.6g", r->scene,
+          r->dimension, r->nodes, r->steps, r->steps == 1 ? "" : "s", r->time);
   if (at(r->ledger, "rejected_steps") > 0)
     fprintf(f, ", %.0f more rejected", at(r->ledger, "rejected_steps"));
   fputc('\n', f);
@@ -117,9 +117,8 @@ static void print_stages(const struct kith_report *r, bool all, FILE *f) {
 }
 
 static void print_cost(const struct kith_report *r, FILE *f) {
-  fprintf(f, "\n  %.3f s wall, %.3f s cpu; %.3g node updates/s, %.1f pairs per node, %.3g pair evaluations\n",
-          r->wall_seconds, r->cpu_seconds, r->node_updates_per_second, r->pairs_per_node,
-          r->pair_evaluations);
+  fprintf(f, "\n  without set-up and pictures %.3f s wall, %.3f s cpu; ", r->wall_seconds, r->cpu_seconds);
+  fprintf(f, "%.1f pairs per node, %.3g pair evaluations\n", r->pairs_per_node, r->pair_evaluations);
   if (r->ranks == 1) return;
   fprintf(f, "  %.4g messages of %.4g bytes in the mean; remote ghosts: %.4g created, %.4g kept\n",
           at(r->ledger, "messages"), at(r->ledger, "message_bytes") / KITH_MAX(at(r->ledger, "messages"), 1),

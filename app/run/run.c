@@ -283,11 +283,11 @@ static void show_progress(struct run *run, bool last) {
   if (!p->shown || (!last && now - p->drawn < 2)) return;
   p->drawn = now;
   const double done = run->until > p->from ? (it->time - p->from) / (run->until - p->from) : 1;
-  char left[32];
+  char node[24] = "-", left[32];
+  if (it->limiting_node >= 0) snprintf(node, sizeof node, "%lld", (long long)it->limiting_node);
   kith_text_seconds(left, done > 0 ? (now - p->started) * (1 - done) / done : 0);
-  fprintf(stderr, "%8llu  %-12.6g %-11.4g %-14s %12lld %10d %5.1f%%  %s\n", (unsigned long long)it->step,
-          it->time, it->dt, kith_limit_name(it->limiter), (long long)it->limiting_node, it->nodes->n_ghost,
-          100 * done, left);
+  fprintf(stderr, "%8llu  %-12.6g %-11.4g %-14s %12s %10d %5.1f%%  %s\n", (unsigned long long)it->step,
+          it->time, it->dt, kith_limit_name(it->limiter), node, it->nodes->n_ghost, 100 * done, left);
 }
 
 /* Warns if the ranks on this computer have more threads than cores that they may use. */

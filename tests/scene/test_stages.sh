@@ -20,6 +20,10 @@ stages faces tiny.yaml --set method.package=mfm --set method.faces=integrated
 stages blocks tiny.yaml --set scheme.steps=block
 stages culled "$inputs/plate.yaml" --set resolution=40 --set output.plot=false
 
+# The table of the progress: at the end of the run no node limits the step.
+"$kith" run tiny.yaml -o gather >stdout 2>stderr
+tail -n 1 stderr | grep -qE "^ +[0-9]+ .* end +- +[0-9]+ 100\.0% " || wrong "progress: $(<stderr)"
+
 # About 1 % of the program is in no stage; on a busy machine up to 10 % are allowed.
 awk '/"program_seconds"/ {program = $2 + 0}
   /"stages": \{/ {inside = 1}
