@@ -203,6 +203,7 @@ static void format_choice(const char *choices, int index, char *text, size_t siz
   const char *p = choices + strspn(choices, "|");
   for (; index > 0; --index) p += strcspn(p, "|"), p += strspn(p, "|");
   snprintf(text, size, "%.*s", (int)strcspn(p, "|"), p);
+  for (char *c = text; (c = strchr(c, '_')) != NULL;) *c = '-'; /* as scenes and lists write it */
 }
 
 void kith_param_format(const struct kith_param *param, const void *base, char *text, size_t size) {

@@ -39,6 +39,9 @@ static void defaults(void) {
   CHECK(isnan(s.one) && s.three[2] == 3 && s.sides[0] == 4 && s.sides[1] == 4 && s.interval[1] == 6);
   CHECK(s.count == -7 && s.choice == 1 && s.seed == UINT64_MAX && s.flag && s.second);
   CHECK(strcmp(s.name, "x") == 0);
+  char text[16];
+  kith_param_format(kith_params_find(plain, "choice"), &s, text, sizeof text);
+  CHECK(strcmp(text, "two-b") == 0);
   CHECK_STATUS(KITH_BAD_INPUT, kith_params_check(plain, "it", &s));
   CHECK(strcmp(kith_failure(), "it: one is nan, must be in (0, 1]") == 0);
   s.one = 1;
