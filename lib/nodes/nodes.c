@@ -26,7 +26,8 @@ static kith_status register_standing(struct kith_nodes *nodes) {
       {"support", KITH_SCALAR, KITH_F64, KITH_STATE, "SmoothingLength", "radius of the kernel's support"},
       KITH_SPEC(SCALAR, WORK, "search_radius", "radius that the connectivity is built with"),
       {"id", KITH_SCALAR, KITH_I64, KITH_STATE, "ParticleIDs", "global id"},
-      {"list", KITH_SCALAR, KITH_U8, KITH_DERIVED, "MaterialIDs", "place of the node's list"}};
+      {"list", KITH_SCALAR, KITH_U8, KITH_DERIVED, "MaterialIDs",
+       "number of the material, from 0, in MaterialNames"}};
   struct kith_field **const field[] = {&nodes->position, &nodes->support, &nodes->search_radius, &nodes->id,
                                        &nodes->list};
   for (size_t k = 0; k < sizeof spec / sizeof *spec; ++k)

@@ -445,7 +445,7 @@ static kith_status draw(struct picture *f, const char *directory) {
   for (int k = 0; k < f->n; ++k) curves = curves || !f->panel[k].map;
   if (curves) {
     KITH_TRY(write_nodes(f, directory));
-    KITH_TRY(write_means(f, directory));
+    if (NDIM > 1) KITH_TRY(write_means(f, directory));
     KITH_TRY(write_curve(f, directory));
   }
   const struct kith_figure_layout layout = layout_of(f, curves);
