@@ -34,13 +34,20 @@ def _text(value):
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
+def _opened(path):
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        raise type(error)(f"{path}: {error}") from None  # h5py does not always name the file
+
+
 class Snapshot:
     """The nodes of one file, or some of them. Fields are arrays, read when they are asked for; vectors have
     as many columns as the scene has dimensions."""
 
     def __init__(self, path, chosen=slice(None)):
         self.path, self._chosen, self._read = path, chosen, {}
-        with h5py.File(path, "r") as file:
+        with _opened(path) as file:
             run = file["Run"].attrs
             self.time, self.step = float(run["Time"]), int(run["Step"])
             self.dimension = int(run["Dimension"])
@@ -60,8 +67,7 @@ class Snapshot:
         return name in self._fields
 
     def __getitem__(self, name):
-        if name not in self._fields:
-            raise KeyError(f"{name}: {self.path} has {', '.join(self._fields)}")
+        self.about(name)  # is there such a field?
         if name not in self._read:
             with h5py.File(self.path, "r") as file:
                 value = file["PartType0"][name][()][self._chosen]
@@ -75,6 +81,8 @@ class Snapshot:
 
     def about(self, name):
         """What the file says of a field."""
+        if name not in self._fields:
+            raise KeyError(f"{name}: {self.path} has {', '.join(self._fields)}")
         return self._fields[name]
 
     def unit(self, name):
@@ -92,6 +100,8 @@ class Snapshot:
         return Snapshot(self.path, whole[self._chosen][chosen])
 
     def material(self, name):
+        if name not in self.materials:
+            raise KeyError(f"{name}: the materials of {self.path} are {', '.join(self.materials)}")
         return self.subset(self["MaterialIDs"] == self.materials.index(name))
 
     def internal(self):

@@ -147,6 +147,18 @@ with tempfile.TemporaryDirectory() as place:
     check(len(barrier) > 1 and ((x > 0) & (x < 0.02)).all(), "barrier nodes")
     check(len(walls.internal()) + len(barrier) == len(walls), "internal nodes")
     check(not walls.periodic[0] and len(walls.material("gas")) == len(walls), "walls")
+    with open("damaged.hdf", "w", encoding="utf-8") as file:
+        file.write("no HDF5")
+    for text, read in (("damaged.hdf: ", lambda: kith.Snapshot("damaged.hdf")),
+                       ("zz: the materials of ", lambda: walls.material("zz")),
+                       (f"zz: {walls.path} has ", lambda: walls.about("zz")),
+                       (f"zz: {walls.path} has ", lambda: walls["zz"])):
+        told = "nothing"
+        try:
+            read()
+        except (OSError, KeyError) as error:
+            told = str(error.args[0])
+        check(told.startswith(text), f"'{text}...': {told}")
     try:
         import matplotlib  # noqa: F401
         examples = [("blast.py", name), ("movie.py", name, "Pressure"), ("convergence.py", name)]
