@@ -261,6 +261,11 @@ def check_packaging():
     for line in read("app/packaging/Containerfile").replace("\\\n", " ").split("\n"):
         if line.strip() and not re.match(r"#|(FROM|RUN|COPY|WORKDIR|ENTRYPOINT|CMD|LABEL|ENV) ", line):
             breach(f"app/packaging/Containerfile: {line}")
+    for path in ("app/packaging/reframe_kith.py", "app/packaging/benchpark/application.py"):
+        criterion = re.search(r'r"(.*conservation errors: [^"]*)"', read(path))[1]  # Ramble: of a whole line
+        for error, right in (("0.00e+00", True), ("2.42e-15", True), ("1.30e-12", False)):
+            if bool(re.match(criterion, f"  conservation errors: energy {error} of the total")) != right:
+                breach(f"{path}: an energy error of {error} is {'refused' if right else 'accepted'}")
     needed = {"cff-version", "message", "title", "type", "authors", "version", "license"}
     missing = needed - set(re.findall(r"^([\w-]+):", read("CITATION.cff"), re.M))
     if missing:

@@ -27,4 +27,8 @@ class Kith(ExecutableApplication):
         group_name="updates",
         units="1/s",
     )
-    success_criteria("conserves", mode="string", match=r"conservation errors: energy [0-9.]+e-1[0-9]")
+    success_criteria(
+        "conserves",
+        mode="string",
+        match=r"\s*conservation errors: energy (0\.00e\+00|\S+e-(1[3-9]|[2-9]\d))",
+    )
