@@ -286,7 +286,7 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   static const char what[] = "validate: no file of rows and no suite";
   if (!is_path) KITH_TRY(kith_study_inputs(&v->programs, "/validation", what, suite));
   if (!is_path && access(path, R_OK) != 0)
-    return kith_study_unknown(what, suite, "quick|full|gates|ranks|readme|decks");
+    return kith_study_unknown(what, suite, "quick|full|gates|ranks|readme|readme-quick|decks");
   KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, &v->programs));
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;

@@ -114,7 +114,7 @@ rows "$row, at_moist: 1"
 stopped 2 "did you mean 'at_most'" "$kith" validate own.yaml
 echo "scene: sod" >own.yaml
 stopped 2 "no rows" "$kith" validate own.yaml
-stopped 2 "no file of rows and no suite 'xyzzy'; there are quick, full, gates, ranks, readme, decks" \
+stopped 2 "no suite 'xyzzy'; there are quick, full, gates, ranks, readme, readme-quick, decks" \
   "$kith" validate xyzzy
 stopped 2 "no suite 'quik'; did you mean 'quick'?" "$kith" validate quik
 stopped 2 "missing.yaml: No such file" "$kith" validate missing.yaml
