@@ -282,20 +282,23 @@ static kith_status bench_package(const struct kith_options *options, const char 
 }
 
 static kith_status bench(const struct kith_options *options, int all) {
-  double one, many;
+  double one, many = 0;
   struct kith_fom first = {0};
   struct kith_scene *scene = NULL;
   KITH_TRY(read_scene(options, (const char *[2]){NULL}, &scene)); /* before anything is measured */
-  const double until = scene->until;
+  const double until = scene->until, resolution = scene->resolution;
   kith_scene_destroy(&scene);
   if (options->steps == 0 || !(until > 0))
     KITH_FAIL(BAD_INPUT, "%s 0: there is nothing to time", options->steps == 0 ? "--steps" : "--set until");
   omp_set_num_threads(1);
   KITH_TRY(reference_triad(&one));
   omp_set_num_threads(all);
-  KITH_TRY(reference_triad(&many));
-  printf("kith bench: %d-D Sedov, kith %s, %s, %s\n", NDIM, kith_version(), kith_compiler(), kith_flags());
-  printf("  reference: triad on 1 thread %.2f GB/s, on %d %.2f GB/s\n\n", 1e-9 * one, all, 1e-9 * many);
+  if (all > 1) KITH_TRY(reference_triad(&many));
+  printf("kith bench: %d-D Sedov, resolution %g, kith %s, %s, %s\n", NDIM, resolution, kith_version(),
+         kith_compiler(), kith_flags());
+  printf("  reference: triad on 1 thread %.2f GB/s", 1e-9 * one);
+  if (all > 1) printf(", on %d %.2f GB/s", all, 1e-9 * many);
+  printf("\n\n");
   printf("  %-40s %7s %11s %10s %10s %9s %13s\n", "case", "threads", "updates/s", "ns/update", "over plain",
          "rebuilds", "energy drift");
   for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p)

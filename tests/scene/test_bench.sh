@@ -7,6 +7,8 @@ resolution=(0 200 20 9)
 for dim in 1 2 3; do
   [[ -x $programs/kith-${dim}d ]] || continue
   ok "$programs/kith-${dim}d" bench --set resolution=${resolution[dim]} --steps 2 --threads 1
+  grep -q "Sedov, resolution ${resolution[dim]}, " stdout || wrong "bench: which size? $(head -1 stdout)"
+  grep -q "triad on 1 thread [0-9.]* GB/s$" stdout || wrong "bench: one triad for one thread"
   awk '
     function half(digits) { return 0.51 * 10 ^ -digits } # what rounding may take
     function near(what, a, b, room) {

@@ -17,6 +17,8 @@ stages() {
 stages gather tiny.yaml
 stages pairs tiny.yaml --set traversal=pairs --set method.package=crk
 stages faces tiny.yaml --set method.package=mfm --set method.faces=integrated
+stages magma2 tiny.yaml --set method.package=magma2
+stages remix tiny.yaml --set method.package=remix
 stages blocks tiny.yaml --set scheme.steps=block
 stages culled "$inputs/plate.yaml" --set resolution=40 --set output.plot=false
 
