@@ -10,7 +10,7 @@ def draw(directory):
     run = kith.Run(directory)
     last = run[-1]
     r, mean, scatter = last.profile("Density")
-    plt.plot(last.distance(), last["Density"], ",", color="0.7")
+    plt.plot(last.distance(), last["Density"], ".", color="0.7", markersize=2, label="nodes")
     plt.errorbar(r, mean, scatter, fmt=".-", label="mean and scatter in bins")
     plt.xlabel("distance from the center (code units)")
     plt.ylabel("density (code units)")

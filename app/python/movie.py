@@ -17,6 +17,7 @@ def draw(directory, field="Density"):
     figure, axes = plt.subplots(figsize=(6, 5), dpi=120)
     image = axes.imshow(pictures[0][1], origin="lower", extent=pictures[0][2], vmin=low, vmax=high)
     figure.colorbar(image, label=f"{field} (code units)")
+    axes.set(xlabel="x (code units)", ylabel="y (code units)")
 
     def show(k):
         time, values, _ = pictures[k]
