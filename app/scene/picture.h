@@ -39,7 +39,7 @@ struct kith_picture_fields {
 struct kith_picture {
   int kind;                          /* enum kith_picture_kind */
   struct kith_picture_fields fields; /* none: what suits the kind */
-  double plane[3]; /* where a slice cuts an axis, NaN: not across it; all NaN: the middle of the last axis */
+  double plane[3]; /* where a slice cuts an axis, NaN: not across it; all NaN: z, at the center or middle */
   double range[2]; /* of the colors of the first map; NaN: that of its values */
   bool frames;     /* a picture of each snapshot too */
 };

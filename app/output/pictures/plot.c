@@ -142,6 +142,7 @@ static void choose_places(struct picture *f) {
       kith_range_include(&box[a], p->nodes.position[(size_t)i * NDIM + a]);
     join(f, &box[a]);
     f->middle[a] = 0.5 * (box[a].lower + box[a].upper);
+    if (fabs(f->middle[a]) < 1e-9 * (box[a].upper - box[a].lower)) f->middle[a] = 0; /* a title has it */
     wide = KITH_MAX(wide, a > 0 ? box[a].upper - box[a].lower : 0);
   }
   f->tube = box[0].upper - box[0].lower > 5 * wide;
@@ -213,10 +214,12 @@ static void collect_means(struct picture *f) {
   kith_ranks_sum(nodes->ranks, f->mean[0], BINS * (2 + KITH_PICTURE_PANELS));
 }
 
+/* Without a plane of the scene: through the center, which may be in a corner of the domain, or the middle. */
 static void choose_plane(struct picture *f) {
   const struct kith_picture *wanted = f->plot->picture;
+  const bool column = f->plot->exact != NULL && f->plot->exact->vortex; /* has no center along z */
   int normal = 2;
-  double at = NDIM == 3 ? f->middle[NDIM - 1] : NAN;
+  double at = NDIM < 3 ? NAN : f->center != NULL && !column ? f->center[NDIM - 1] : f->middle[NDIM - 1];
   for (int a = 0; a < NDIM; ++a)
     if (isfinite(wanted->plane[a])) normal = a, at = wanted->plane[a];
   f->plane = kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);

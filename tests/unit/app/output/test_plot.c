@@ -121,6 +121,13 @@ static void contents(void) {
   rows("exact.dat", last, &least, &most);
   CHECK_CLOSE(least, 1.005, 1e-7); /* the range of the nodes */
   CHECK_CLOSE(most, 1.995, 1e-7);
+  for (int k = 0; k < 3 && NDIM == 3; ++k) { /* a center is at z = 0, the axis of a vortex everywhere */
+    const double z[3][2] = {{0, 1}, {0, 1}, {-1, 1 + 4e-16}};
+    for (int i = 0; i < 100; ++i) position[(size_t)i * NDIM + NDIM - 1] = z[k][i % 2];
+    p.exact = k == 0 ? &radial : &turning;
+    CHECK_OK(kith_plot_write(&p, directory));
+    CHECK(strstr(load("plot.gp"), k == 1 ? " at z = 0.5 (" : " at z = 0 (") != NULL);
+  }
 }
 
 /* What is drawn if the scene does not say. */
