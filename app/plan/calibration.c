@@ -93,10 +93,11 @@ static kith_status with_resolution(const struct kith_options *o, double resoluti
 
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget) {
-  const double part = fmin(pow(budget / cost, 1.0 / (NDIM + 1)), 0.8);
+  const double lower = pow(budget / cost, 1.0 / (NDIM + 1)) * resolution;
   /* Takes a whole, even resolution where that makes little difference: lattices and centers may need it. */
-  const double lower = part * resolution;
-  *out = (struct kith_calibration){.resolution = lower > 10 ? 2 * round(0.5 * lower) : lower};
+  *out = (struct kith_calibration){.resolution = cost <= budget ? resolution
+                                                 : lower > 10   ? 2 * round(0.5 * lower)
+                                                                : lower};
   struct pilot pilot = {until, 10 * budget, out};
   KITH_TRY(with_resolution(options, out->resolution, NULL, steps_of, &pilot));
   out->expected = out->steps * resolution / out->resolution;

@@ -4,7 +4,8 @@
  *
  * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene
  * itself. steps, which grow with the resolution, and growth, the mean time of an evaluation along the run
- * over that at its start, come from a calibration run: the whole scene at a lower resolution.
+ * over that at its start, come from a calibration run: the whole scene, at a lower resolution unless it takes
+ * less than a second.
  *
  * A rehearsal is a short run at a lower resolution as one of many ranks, without the others: the code of a
  * run counts its calls, whoever would answer them. */
@@ -31,7 +32,8 @@ struct kith_calibration {
   double growth;
 };
 /* Runs the scene of `options` for about `budget` seconds, judged by `cost`, the estimate for the scene
- * itself. DIVERGED if the run fails or takes ten times as long. */
+ * itself: as it is if that suffices, else at a lower resolution. DIVERGED if the run fails or takes ten times
+ * as long. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
 

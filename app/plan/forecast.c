@@ -8,13 +8,14 @@
 #include "app/initial/initial_conditions.h"
 #include "app/initial/region.h"
 #include "lib/domain/decomposition.h"
+#include "lib/domain/ghost_candidates.h"
 #include "lib/domain/partition/shell.h"
 
 enum { MOST_RANKS = 16384, SHELLS = 64, TEMPLATES = 8, MOST_LAYERS = 4, SIDE = 2 * MOST_LAYERS + 1 };
 enum { RING = NDIM == 1 ? SIDE : NDIM == 2 ? SIDE * SIDE : SIDE * SIDE * SIDE };
 static const double MOST_POINTS = 1 << 22, MOST_MAP_SECONDS = 60;
 
-/* MADE: ghosts as they are made, counted by cells. KEPT: those that culling keeps, counted by rows. */
+/* MADE: ghosts as they are made, near cells. KEPT: those that culling keeps, in rows. */
 enum way { MADE, KEPT, WAYS };
 
 struct model {
@@ -25,7 +26,7 @@ struct model {
   double factor, widest; /* ghosts are up to `factor` search radii away; the largest such distance */
   struct kith_cells cells;
   struct kith_partition *partition;
-  double *nodes, *work, *reach; /* [cells.n] number of nodes, work, how far from the cell they need others */
+  double *nodes, *work;                      /* [cells.n] number of nodes, work */
   double *load, *ghosts[WAYS], *peers[WAYS]; /* [n_ranks] */
   uint8_t *meets;                            /* [n_ranks][n_ranks] a bit for each way */
   /* Of a scene that is laid out: */
@@ -36,6 +37,7 @@ struct model {
   /* Of a scene that is outlined; templates: the neighbors of some nodes of the simulation, in spacings. */
   int32_t *region;  /* [cells.n] */
   double *spacing;  /* [cells.n] */
+  double *reach;    /* [cells.n] how far from the cell its nodes need others */
   double *vector;   /* [template[last]][NDIM] */
   size_t *template; /* [regions TEMPLATES + 1] where each begins in `vector` */
   double *radius;   /* [regions] search radius in spacings */
@@ -65,7 +67,6 @@ static kith_status fill_cells(struct model *o) {
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
     const int64_t c = o->home[i] = kith_cells_of(&o->cells, nodes->position->f64 + (size_t)i * NDIM);
     o->nodes[c] += 1, o->work[c] += 1 + (double)(first[i + 1] - first[i]);
-    o->reach[c] = fmax(o->reach[c], o->factor * nodes->search_radius->f64[i] - 0.5 * spacing_of(o, i));
     o->widest = fmax(o->widest, o->factor * nodes->search_radius->f64[i]);
   }
   return KITH_OK;
@@ -103,6 +104,44 @@ static void count_ghosts(struct model *o) {
         o->seen[j] = rank;
         add_ghost(o, KEPT, rank, o->owner[j], 1);
       }
+}
+
+/* Counts the candidates near the cells of each rank, as a run chooses them. Cells have one rank: their bounds
+ * are taken once. */
+static kith_status count_made(struct model *o, struct kith_candidates *candidates, struct kith_bounds *bounds,
+                              struct kith_bounds *near) {
+  for (int32_t rank = 0; rank < o->n_ranks; ++rank) {
+    int64_t count[KITH_MAX_LISTS] = {0};
+    kith_index *send = NULL, n_send;
+    size_t n = 0;
+    for (kith_index i = o->first[rank]; i >= 0; i = o->next[i]) {
+      struct kith_bounds *cell = &bounds[o->home[i]];
+      if (cell->search_radius >= 0) near[n++] = *cell, *cell = kith_nowhere;
+    }
+    KITH_TRY(
+        kith_candidates_near(candidates, o->simulation->nodes, near, n, o->factor, &send, &n_send, count));
+    for (kith_index k = 0; k < n_send; ++k)
+      if (o->owner[send[k]] != rank) add_ghost(o, MADE, rank, o->owner[send[k]], 1);
+    kith_free(&send);
+  }
+  return KITH_OK;
+}
+
+static kith_status count_laid_out(struct model *o) {
+  const struct kith_nodes *nodes = o->simulation->nodes;
+  const size_t cells = (size_t)o->cells.n;
+  struct kith_candidates candidates = {0};
+  struct kith_bounds *bounds = NULL, *near = NULL;
+  KITH_TRY(find_owners(o));
+  count_ghosts(o);
+  kith_status status = kith_candidates_gather(&candidates, nodes);
+  if (status == KITH_OK) status = kith_bounds_find(&candidates, nodes, o->home, cells, &bounds);
+  if (status == KITH_OK) status = kith_resize(&near, 0, cells, sizeof *near);
+  if (status == KITH_OK) status = count_made(o, &candidates, bounds, near);
+  kith_candidates_clear(&candidates);
+  kith_free(&bounds);
+  kith_free(&near);
+  return status;
 }
 
 /* ---- outlines ---- */
@@ -203,6 +242,7 @@ struct ring {
     uint8_t place[NDIM];
   } other[RING];       /* the cells of other ranks */
   int32_t owner[RING]; /* rank of each; -1: there is no cell */
+  double reach[RING];  /* of these cells */
   uint8_t image[RING]; /* a bit for each axis along which a mirror shows the cell */
 };
 
@@ -237,6 +277,7 @@ static void look_around(const struct model *o, int64_t c, struct ring *ring) {
       ring->image[s] |= image[a][place[a]];
     }
     ring->owner[s] = there ? owner[number] : -1;
+    ring->reach[s] = there ? o->reach[number] : 0;
     if (there && ring->owner[s] != own) {
       ring->other[ring->n_others].s = s;
       memcpy(ring->other[ring->n_others++].place, place, sizeof place);
@@ -261,7 +302,8 @@ static void meet(struct model *o, const struct ring *ring, int s, enum way way, 
   add_ghost(o, way, ring->owner[s], own, n);
 }
 
-/* Counts a point of cell c, at t in edges, as a ghost of the ranks whose cells are within its reach. */
+/* Counts a point of cell c, at t in edges, as a ghost of the ranks whose cells are within its reach or have
+ * it within theirs. */
 static void meet_cells(struct model *o, const struct ring *ring, int64_t c, const double *t, double n) {
   struct met met = {0};
   double d2[NDIM][SIDE];
@@ -273,10 +315,11 @@ static void meet_cells(struct model *o, const struct ring *ring, int64_t c, cons
       d2[a][k] = d * d * o->cells.edge[a] * o->cells.edge[a];
     }
   for (int m = 0; m < ring->n_others; ++m) {
+    const int s = ring->other[m].s;
+    const double reach = fmax(o->reach[c], ring->reach[s]);
     double sum = 0;
     for (int a = 0; a < NDIM; ++a) sum += d2[a][ring->other[m].place[a]];
-    if (sum < o->reach[c] * o->reach[c])
-      meet(o, ring, ring->other[m].s, MADE, o->partition->owner[c], n, &met);
+    if (sum < reach * reach) meet(o, ring, s, MADE, o->partition->owner[c], n, &met);
   }
 }
 
@@ -294,8 +337,8 @@ static void meet_neighbors(struct model *o, const struct ring *ring, int64_t c, 
   }
 }
 
-/* Counts ghosts at points of each cell. These are elsewhere in each cell: together they sample small
- * parts. */
+/* Counts ghosts of an outline at points of each cell. These are elsewhere in each cell: together they sample
+ * small parts. */
 static void count_borders(struct model *o) {
   static const double golden[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   const int samples = (int)fmin(fmax(MOST_POINTS / (double)o->cells.n, 1), 64);
@@ -308,9 +351,8 @@ static void count_borders(struct model *o) {
       double t[NDIM];
       for (int a = 0; a < NDIM; ++a) t[a] = fmod((double)number * golden[a], 1);
       meet_cells(o, &ring, c, t, o->nodes[c] / samples);
-      if (o->spacing != NULL)
-        meet_neighbors(o, &ring, c, t, (size_t)o->region[c] * TEMPLATES + (size_t)(number % TEMPLATES),
-                       o->nodes[c] / samples);
+      meet_neighbors(o, &ring, c, t, (size_t)o->region[c] * TEMPLATES + (size_t)(number % TEMPLATES),
+                     o->nodes[c] / samples);
     }
   }
 }
@@ -374,10 +416,10 @@ static kith_status take_times(const struct model *o, struct kith_forecast *f) {
 
 static kith_status allocate(struct model *o) {
   const size_t cells = (size_t)o->cells.n, n = (size_t)o->n_ranks;
-  KITH_TRY(kith_resize(&o->nodes, 0, 3 * cells, sizeof *o->nodes));
+  KITH_TRY(kith_resize(&o->nodes, 0, 2 * cells, sizeof *o->nodes));
   KITH_TRY(kith_resize(&o->load, 0, (1 + 2 * WAYS) * n, sizeof *o->load));
   KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
-  o->work = o->nodes + cells, o->reach = o->work + cells;
+  o->work = o->nodes + cells;
   for (size_t way = MADE; way < WAYS; ++way)
     o->ghosts[way] = o->load + (1 + way) * n, o->peers[way] = o->load + (1 + WAYS + way) * n;
   return KITH_OK;
@@ -399,10 +441,13 @@ static kith_status map(struct model *o, const char *partitioner) {
 static kith_status predict(struct model *o, const char *partitioner, struct kith_forecast *f) {
   const double n = o->n_ranks;
   KITH_TRY(map(o, partitioner));
-  if (o->spacing == NULL) KITH_TRY(find_owners(o));
-  if (o->spacing == NULL) count_ghosts(o);
-  count_borders(o);
+  if (o->spacing == NULL)
+    KITH_TRY(count_laid_out(o));
+  else
+    count_borders(o);
   count_peers(o);
+  if (!(o->cost->rehearsal.kept > 0)) /* no ghost is culled */
+    o->ghosts[KEPT] = o->ghosts[MADE], o->peers[KEPT] = o->peers[MADE];
   *f = (struct kith_forecast){.imbalance =
                                   kith_partition_loads(o->partition, o->partition->owner, o->work, o->load)};
   for (int r = 0; r < o->n_ranks; ++r) {
@@ -428,9 +473,11 @@ static void clear(struct model *o) {
 }
 
 /* Makes the cells of an outlined scene, and estimates what is in them. */
-static kith_status outline_cells(struct model *o, const bool *periodic) {
+static kith_status outline_cells(struct model *o) {
   const double neighbors = o->simulation->package.neighbors;
   double *site_volume = NULL, sites, least = INFINITY;
+  bool periodic[NDIM];
+  for (int a = 0; a < NDIM; ++a) periodic[a] = o->scene->period[a] > 0;
   KITH_TRY(take_templates(o));
   KITH_TRY(kith_resize(&site_volume, 0, (size_t)o->scene->n_regions, sizeof *site_volume));
   kith_status status = kith_initial_conditions_outline(o->scene, site_volume, &sites);
@@ -441,28 +488,29 @@ static kith_status outline_cells(struct model *o, const bool *periodic) {
                              KITH_MIN((int64_t)o->scene->partition.cells * o->n_ranks, 1 << 22));
   if (status == KITH_OK) status = allocate(o);
   if (status == KITH_OK) status = kith_resize(&o->region, 0, (size_t)o->cells.n, sizeof *o->region);
-  if (status == KITH_OK) status = kith_resize(&o->spacing, 0, (size_t)o->cells.n, sizeof *o->spacing);
+  if (status == KITH_OK) status = kith_resize(&o->spacing, 0, 2 * (size_t)o->cells.n, sizeof *o->spacing);
+  if (status == KITH_OK) o->reach = o->spacing + o->cells.n;
   if (status == KITH_OK) status = outline(o, site_volume);
   kith_free(&site_volume);
   return status;
 }
 
-static kith_status laid_out_cells(struct model *o, const bool *periodic) {
-  KITH_TRY(kith_decomposition_cells(&o->cells, o->simulation->nodes, &o->scene->domain, periodic,
-                                    (int64_t)o->scene->partition.cells * o->n_ranks));
-  KITH_TRY(allocate(o));
-  return fill_cells(o);
+kith_status kith_forecast_cells(const struct kith_simulation *m, int n_ranks, struct kith_cells *cells) {
+  bool periodic[NDIM];
+  for (int a = 0; a < NDIM; ++a) periodic[a] = m->scene->period[a] > 0;
+  return kith_decomposition_cells(cells, m->nodes, &m->scene->domain, periodic,
+                                  (int64_t)m->scene->partition.cells * n_ranks);
 }
 
 kith_status kith_forecast_ranks(const struct kith_scene *scene, const struct kith_simulation *m,
-                                const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
-                                struct kith_forecast *out) {
+                                const struct kith_cells *cells, const struct kith_step_cost *cost,
+                                int n_ranks, const char *partitioner, struct kith_forecast *out) {
   struct model o = {.simulation = m, .scene = scene, .cost = cost, .n_ranks = n_ranks};
-  bool periodic[NDIM];
   KITH_TRY(check(&o));
   o.factor = (m->connectivity->built.overlap ? 2 : 1) * m->nodes->longest;
-  for (int a = 0; a < NDIM; ++a) periodic[a] = scene->period[a] > 0;
-  kith_status status = (scene == m->scene ? laid_out_cells : outline_cells)(&o, periodic);
+  if (cells != NULL) o.cells = *cells;
+  kith_status status = cells == NULL ? outline_cells(&o) : allocate(&o);
+  if (cells != NULL && status == KITH_OK) status = fill_cells(&o);
   if (status == KITH_OK) status = predict(&o, partitioner, out);
   clear(&o);
   return status;

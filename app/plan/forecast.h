@@ -2,11 +2,12 @@
  *
  * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
  * start. A partitioner makes its first map and continues until it changes nothing (at most 20 times). The
- * ghosts of a rank are the nodes and images of others in the rows of its nodes: what culling keeps.
- * Before culling, ghosts are made by cells: those within reach of cells of a rank, judged at points of cells.
+ * ghosts of a rank are the nodes and images of others in the rows of its nodes: what culling keeps. Those
+ * that are made before are chosen as halo.h says; they are the ghosts where a rehearsal culls none.
  *  A scene that is too large to be laid out here is outlined: its regions and their lattices say how many
  * nodes a cell has. The neighbors of nodes of the same scene with fewer nodes, in spacings, stand around
- * points of its cells, and say which ranks need them.
+ * points of its cells, and say which ranks need them; ghosts made before culling are points within reach of
+ * cells of a rank, or within the reach of these.
  *
  *    t_rank = T (1 - g) w + T g (n + ghosts) / (all nodes and images) + messages latency + bytes / bandwidth
  *    t_step = max over ranks of t_rank + calls collective ceil(log2 N) + balance
@@ -20,6 +21,7 @@
 #define KITH_APP_PLAN_FORECAST_H
 
 #include "app/plan/calibration.h"
+#include "lib/domain/cells.h"
 
 struct kith_step_cost {
   double seconds;          /* T of the equations above */
@@ -37,11 +39,16 @@ struct kith_forecast {
   double seconds, efficiency;       /* of a step; T over seconds and cores */
 };
 
-/* Forecasts a scene on n_ranks ranks. `simulation`, started and without ranks, is that of the scene itself,
- * which is then laid out, or has fewer nodes, and the scene is outlined. BAD_INPUT: more than 16384 ranks, or
- * ghosts: recompute; UNSUPPORTED: a map that would take the partitioner more than a minute. */
+/* The cells of n_ranks ranks, by a simulation that is not started: supports converge afterwards. */
+kith_status kith_forecast_cells(const struct kith_simulation *simulation, int n_ranks,
+                                struct kith_cells *cells);
+
+/* Forecasts a scene on n_ranks ranks. `simulation`, started, without ranks and with all images (none culled),
+ * is that of the scene itself, which has these cells, or (cells NULL) has fewer nodes: the scene is outlined.
+ * BAD_INPUT: more than 16384 ranks, or ghosts: recompute; UNSUPPORTED: a map that would take the partitioner
+ * more than a minute. */
 kith_status kith_forecast_ranks(const struct kith_scene *scene, const struct kith_simulation *simulation,
-                                const struct kith_step_cost *cost, int n_ranks, const char *partitioner,
-                                struct kith_forecast *out);
+                                const struct kith_cells *cells, const struct kith_step_cost *cost,
+                                int n_ranks, const char *partitioner, struct kith_forecast *out);
 
 #endif

@@ -1,8 +1,8 @@
 /* plan.c - `kith plan SCENE`: what a scene will build and why, memory, time step and expected cost; with
  * --ranks N what each partitioner would make of it. Nothing is written.
  *
- * The objects are those of a run, with the rates at the start: FAILED if these cannot be evaluated. What
- * costs more than a second is calibrated by a short run with fewer nodes (forecast.h). */
+ * The objects are those of a run, with the rates at the start: FAILED if these cannot be evaluated. Steps and
+ * cost are those of a calibration run, with fewer nodes if the scene takes long (calibration.h). */
 #include "app/cli/options.h"
 
 #include <math.h>
@@ -14,6 +14,7 @@
 #include "app/initial/initial_conditions.h"
 #include "app/initial/lattice.h"
 #include "app/plan/forecast.h"
+#include "integrator/lifecycle.h"
 #include "integrator/window.h"
 
 enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
@@ -24,6 +25,7 @@ struct plan {
   double node_ratio, resolution_ratio; /* of the scene to the simulation */
   struct kith_profile *profile;
   struct kith_simulation *simulation;
+  struct kith_cells cells;    /* of the ranks, unless there is a coarse scene */
   struct kith_ledger started; /* when the first rates were there */
   double full_dt;             /* the limit by the first rates; the first step takes a fraction of it */
   double evaluation;          /* seconds of one evaluation at the start */
@@ -297,41 +299,47 @@ static double expected_steps(double first, double full, double until) {
   return steps + (time < until ? ceil((until - time) / full) : 0);
 }
 
-/* Prints steps and cost. Scenes of more than a second are calibrated: the longer that run, the more
- * reliable. */
+/* Prints the number of steps, which those of a calibration run replace; without one they are an estimate. */
+static void show_steps(const struct kith_calibration *c, kith_status calibrated, bool fixed, bool parts,
+                       double resolution, double steps, double until) {
+  const char *label = parts ? "updates" : "steps", *what = parts ? " of a node" : "";
+  if (calibrated != KITH_OK)
+    line(label, "about %.0f to t = %.6g, an estimate: %s; calibration: %s", steps, until,
+         fixed   ? "all of the same length"
+         : parts ? "as many as if all nodes were updated in each step"
+                 : "dt grows by a quarter a step and then stays as it is now",
+         kith_failure());
+  else if (c->resolution == resolution)
+    line(label, "about %.*f%s to t = %.6g, counted by running the scene to its end", parts, steps, what,
+         until);
+  else
+    line(label, "about %.*f%s to t = %.6g; a calibration run took %.*f at resolution %.4g", parts, steps,
+         what, until, parts, c->steps, c->resolution);
+}
+
+/* Prints steps and cost: the longer the calibration run, the more reliable. */
 static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings),
              parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
   const double evaluation = it->evaluations * plan->evaluation;
-  struct kith_calibration c = {.growth = 1};
+  struct kith_calibration c;
   char time[32], all[32];
   const double first = fixed    ? it->fixed_dt
                        : blocks ? 0.1 * plan->full_dt
                                 : it->timestep_limit.dt / plan->resolution_ratio;
   double steps = expected_steps(first, fixed ? it->fixed_dt : plan->full_dt, until);
   const double guess = steps * evaluation;
-  const bool calibrated =
-      guess >= 1 && kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
-                                         fmin(fmax(0.08 * guess, 0.7), 5)) == KITH_OK;
-  if (!calibrated) c.growth = 1; /* a run that failed leaves it 0 */
-  plan->growth = c.growth;
-  if (calibrated && !fixed) steps = c.expected;
-  const char *label = parts ? "updates" : "steps";
-  if (calibrated)
-    line(label, "about %.*f%s to t = %.6g; a calibration run took %.*f at resolution %.4g", parts, steps,
-         parts ? " of a node" : "", until, parts, c.steps, c.resolution);
-  else
-    line(label, "about %.0f to t = %.6g, an estimate: %s", steps, until,
-         fixed   ? "all of the same length"
-         : parts ? "as many as if all nodes were updated in each step"
-                 : "dt grows by a quarter a step and then stays as it is now");
-  line("cost", "about %s: %.3g %s of %d evaluation%s of %s%s; %d thread%s",
-       kith_text_seconds(all, steps * evaluation * c.growth), steps,
+  const kith_status calibrated = kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
+                                                      fmin(fmax(0.08 * guess, 0.7), 5));
+  plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
+  if (calibrated == KITH_OK && !fixed) steps = c.expected;
+  show_steps(&c, calibrated, fixed, parts, plan->scene->resolution, steps, until);
+  line("cost", "about %s: %.3g %s of %d evaluation%s of %s; %d thread%s",
+       kith_text_seconds(all, steps * evaluation * plan->growth), steps,
        parts ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
-       kith_text_seconds(time, plan->evaluation * c.growth),
-       calibrated || !kith_rebuilds_lasting(it->rebuilds) ? "" : " at most: Verlet lists save rebuilds",
-       omp_get_max_threads(), omp_get_max_threads() == 1 ? "" : "s");
+       kith_text_seconds(time, plan->evaluation * plan->growth), omp_get_max_threads(),
+       omp_get_max_threads() == 1 ? "" : "s");
 }
 
 /* The part of the updates of a global step that the limits of the nodes themselves ask for at the start. */
@@ -433,10 +441,18 @@ static kith_status cost_of_step(const struct plan *plan, const struct kith_optio
   return KITH_OK;
 }
 
+/* Lists of all nodes with all images, those too that one process culls: ranks make them. */
+static kith_status list_all_images(struct kith_integrator *it) {
+  it->cull = false;
+  if (it->follows) memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
+  KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
+  return kith_lifecycle_close(it);
+}
+
 /* Prints what each partitioner would make of the scene on N ranks, which may be thousands (forecast.h); of a
  * large scene only the partitioner that the scene chooses. */
-static kith_status show_ranks(const struct plan *plan, const struct kith_options *options) {
-  const struct kith_simulation *m = plan->simulation;
+static kith_status show_ranks(struct plan *plan, const struct kith_options *options) {
+  struct kith_simulation *m = plan->simulation;
   const int n_ranks = options->ranks;
   const char *own = plan->scene->partition.member.name;
   char text[128];
@@ -444,6 +460,7 @@ static kith_status show_ranks(const struct plan *plan, const struct kith_options
   struct kith_forecast f = {0};
   char seconds[32], latency[32], collective[32], bandwidth[32];
   KITH_TRY(cost_of_step(plan, options, &cost));
+  KITH_TRY(list_all_images(&m->integrator));
   printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
          plan->node_ratio * m->nodes->n_internal / n_ranks,
          plan->node_ratio * (double)m->integrator.ledger.last_row_entries / n_ranks);
@@ -463,7 +480,8 @@ static kith_status show_ranks(const struct plan *plan, const struct kith_options
     if ((*p)->needs != NULL || (alone && !chosen)) continue;
     snprintf(text, sizeof text, "%s", (*p)->name);
     if (chosen) kith_scene_partitioner(plan->scene, text, sizeof text);
-    const kith_status status = kith_forecast_ranks(plan->scene, m, &cost, n_ranks, text, &f);
+    const kith_status status =
+        kith_forecast_ranks(plan->scene, m, alone ? NULL : &plan->cells, &cost, n_ranks, text, &f);
     show_forecast((*p)->name, status, &f);
     if (status == KITH_BAD_INPUT) break; /* of any partitioner */
   }
@@ -516,6 +534,7 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
                                   plan->profile, o->check));
   struct kith_simulation *m = plan->simulation;
   if (o->threads == 0) kith_share_cores(NULL, m->nodes->n_internal);
+  KITH_TRY(kith_forecast_cells(m, KITH_MAX(o->ranks, 1), &plan->cells));
   *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_simulation_start(m));
   plan->full_dt = kith_package_timestep_limit(&m->package, m->integrator.cfl).dt / plan->resolution_ratio;

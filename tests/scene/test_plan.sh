@@ -52,7 +52,6 @@ shown "steps of 2 evaluations" "$@" --set scheme.name=rk2
 shown "steps of 6 evaluations" "$@" --set scheme.name=arkode --set scheme.table=dormand-prince-7-4-5 \
   --set method.energy=thermal
 shown "skin 0.15 of the support" "$@" --set connectivity.rebuild=displacement --set connectivity.skin=0.15
-shown "at most: Verlet lists save rebuilds" "$@" --set connectivity.rebuild=displacement
 shown "about 50 to t = 0.05" "$@" --set scheme.dt=0.001
 shown "Courant 0.3 (the default of this package)" "$@"
 shown "Courant 0.2 (as the scene says)" "$@" --set scheme.cfl=0.2
