@@ -215,29 +215,41 @@ kith_status kith_probes_destroy(struct kith_probes **probes) {
 
 /* --- the sums of a point --- */
 
-/* How far node i is outside of the faces that have images. */
-static double outside(const struct kith_probes *p, kith_index i) {
-  double most = 0;
-  for (int b = 0; b < p->faces.n; ++b) {
-    const struct kith_boundary *face = p->faces.boundary[b];
-    const double x = p->simulation->nodes->position->f64[(size_t)i * NDIM + (size_t)face->axis];
-    if (face->at_lower) most = KITH_MAX(most, face->lower - x);
-    if (face->at_upper) most = KITH_MAX(most, x - face->upper);
+/* How far nodes reach: [0] the widest support, [1 + b] how far a node is outside of face b, at most. */
+static void measure_reach(const struct kith_probes *p, double reach[1 + KITH_MAX_BOUNDARIES]) {
+  const struct kith_nodes *nodes = p->simulation->nodes;
+  memset(reach, 0, (1 + KITH_MAX_BOUNDARIES) * sizeof *reach);
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    reach[0] = KITH_MAX(reach[0], nodes->support->f64[i]);
+    for (int b = 0; b < p->faces.n; ++b) {
+      const struct kith_boundary *face = p->faces.boundary[b];
+      const double x = nodes->position->f64[(size_t)i * NDIM + (size_t)face->axis];
+      if (face->at_lower) reach[1 + b] = KITH_MAX(reach[1 + b], face->lower - x);
+      if (face->at_upper) reach[1 + b] = KITH_MAX(reach[1 + b], x - face->upper);
+    }
   }
-  return most;
+  kith_ranks_max(nodes->ranks, reach, 1 + p->faces.n);
 }
 
-/* Makes images of the points wherever a support may reach through a face, beyond which nodes may be. */
+static void set_radius(struct kith_nodes *points, double radius) {
+  for (kith_index g = 0; g < kith_nodes_count(points); ++g) points->search_radius->f64[g] = 1.25 * radius;
+}
+
+/* Makes images of the points wherever a support may reach through a face, beyond which nodes may be: on each
+ * axis for itself, since gas that crosses a long box in a step would be many widths outside of a thin one. */
 static kith_status make_images(struct kith_probes *p, struct set *s) {
-  const struct kith_nodes *nodes = p->simulation->nodes;
   struct kith_nodes *points = s->points;
-  double widest = 0;
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    widest = KITH_MAX(widest, nodes->support->f64[i] + outside(p, i));
-  kith_ranks_max(nodes->ranks, &widest, 1);
-  for (kith_index i = 0; i < points->n_internal; ++i) points->search_radius->f64[i] = 1.25 * widest;
+  double reach[1 + KITH_MAX_BOUNDARIES];
+  measure_reach(p, reach);
+  kith_nodes_drop_ghosts(points);
   ++points->positions;
-  KITH_TRY(kith_boundaries_ghosts(&p->faces, points, 1, NULL));
+  for (int b = 0; b < p->faces.n; ++b) {
+    struct kith_boundary *face = p->faces.boundary[b];
+    set_radius(points, reach[0] + reach[1 + b]);
+    kith_boundaries_measure(&p->faces, points, 1);
+    KITH_TRY(face->ops->ghosts(face, points, 1));
+  }
+  set_radius(points, reach[0]);
   KITH_TRY(kith_rows_reserve(&s->images, points->n_internal));
   size_t *first = s->images.first;
   memset(first, 0, ((size_t)points->n_internal + 1) * sizeof *first);
