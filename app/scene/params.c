@@ -174,12 +174,21 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
               : kith_config_fail(child, NULL, "unknown key; known are %s", told);
 }
 
-/* Writes the members of the family that have the key, "mfm, sph". Returns whether this is the first of
- * them. */
-static bool list_owners(const char *key, kith_family *family, int member, char *names, size_t size) {
+/* Do two members mean the same by a key? A gamma may be no ratio of specific heats. */
+static bool is_alike(const struct kith_param *a, const struct kith_param *b) {
+  const char *const one = a->fallback, *const other = b->fallback; /* NULL: required */
+  if (one == NULL || other == NULL ? one != other : strcmp(one, other) != 0) return false;
+  return strcmp(a->doc, b->doc) == 0 && strcmp(a->allowed, b->allowed) == 0;
+}
+
+/* Writes the members of the family that have the key, "mfm, sph"; row: only those that mean the same by it,
+ * NULL: all. Returns whether this is the first of them. */
+static bool list_owners(const char *key, const struct kith_param *row, kith_family *family, int member,
+                        char *names, size_t size) {
   int first = -1;
   for (int k = 0; family(k).name != NULL; ++k) {
-    if (kith_params_find(family(k).params, key) == NULL) continue;
+    const struct kith_param *own = kith_params_find(family(k).params, key);
+    if (own == NULL || (row != NULL && !is_alike(row, own))) continue;
     if (first < 0) first = k;
     snprintf(names + strlen(names), size - strlen(names), "%s%s", k > first ? ", " : "", family(k).name);
   }
@@ -193,7 +202,7 @@ static kith_status check_other(const struct kith_param *chooser, struct kith_mem
   char owners[ROOM] = "";
   const struct kith_config_node *choice = kith_config_child(map, chooser->key);
   if (child->null || kith_params_find(chosen.params, child->key) != NULL) return KITH_OK;
-  list_owners(child->key, chooser->family, 0, owners, sizeof owners);
+  list_owners(child->key, NULL, chooser->family, 0, owners, sizeof owners);
   if (owners[0] == '\0') return KITH_OK;
   if (!kith_config_is_older(child, choice))
     return kith_config_fail(child, NULL, "means nothing for %s, only for %s", chosen.name, owners);
@@ -376,18 +385,19 @@ static void print_param(const struct kith_param *param, const char *owners, bool
                file);
 }
 
-/* Prints the rows of a table and its members, each key once. */
+/* Prints the rows of a table and its members; a key of several members once for each of its meanings. */
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file) {
   const struct kith_param *p, *chooser = find_chooser(params);
   const char *chosen = chooser != NULL && chooser->fallback != NULL ? chooser->fallback : "";
   for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
     char owners[ROOM] = "";
     const bool of_member = r.members > 0;
-    if (of_member && !list_owners(p->key, r.family, r.members - 1, owners, sizeof owners)) continue;
+    if (of_member && !list_owners(p->key, p, r.family, r.members - 1, owners, sizeof owners)) continue;
     const struct kith_param *table = of_member ? r.family(r.members - 1).params : params;
-    const bool idle =
-        (p->needs != NULL && !holds(p, needed_row(table, p)->fallback)) ||
-        (of_member && kith_params_find(kith_family_member(r.family, chosen).params, p->key) == NULL);
+    const struct kith_param *of_chosen =
+        of_member ? kith_params_find(kith_family_member(r.family, chosen).params, p->key) : p;
+    const bool idle = (p->needs != NULL && !holds(p, needed_row(table, p)->fallback)) || of_chosen == NULL ||
+                      !is_alike(p, of_chosen);
     print_param(p, owners, idle, indent, item && p == params, file);
   }
 }
