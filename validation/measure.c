@@ -20,23 +20,32 @@ static double longest_wave(const struct kith_measured *m) {
   return 2 * M_PI / (m->domain.upper[0] - m->domain.lower[0]);
 }
 
-/* nu from the decay of a mode: of vortices, or of a shear wave. */
+/* nu from the decay of a mode, of vortices or of a shear wave, whatever its phase; at the start its
+ * amplitude. NaN where the flow has no such mode: 1e-6 of the speeds may be round-off. */
 static double viscosity(const struct kith_measured *m, bool vortices) {
-  const int y = NDIM > 1;
+  enum { PHASES = 4, VOLUME = PHASES, SQUARES, SUMS };
+  const int y = NDIM > 1, waves = vortices ? 2 : 1; /* axes along which the flow varies */
   const double *lower = m->domain.lower, k = longest_wave(m);
-  struct kith_sum sum[3] = {{{0}, 0}};
-  double value[3]; /* flow, norm, mass */
+  struct kith_sum sum[SUMS] = {{{0}, 0}};
+  double value[SUMS], squares = 0;
   for (kith_index i = 0; i < m->nodes->n; ++i) {
     const double *x = m->nodes->position + (size_t)i * NDIM, *v = m->nodes->velocity + (size_t)i * NDIM;
-    const double kx = k * (x[0] - lower[0]), ky = k * (x[y] - lower[y]);
-    const double e[] = {vortices ? sin(kx) * cos(ky) : 0, vortices ? -cos(kx) * sin(ky) : sin(kx)};
-    kith_sum_add(&sum[0], volume(m, i) * (v[0] * e[0] + v[y] * e[1]));
-    kith_sum_add(&sum[1], volume(m, i) * (e[0] * e[0] + e[1] * e[1]));
-    kith_sum_add(&sum[2], m->nodes->mass[i]);
+    for (int p = 0; p < 2 * waves; ++p) {
+      const double kx = k * (x[0] - lower[0]) + M_PI_2 * (p % 2),
+                   ky = k * (x[y] - lower[y]) + M_PI_2 * (p / 2);
+      const double flow = vortices ? v[0] * sin(kx) * cos(ky) - v[y] * cos(kx) * sin(ky) : v[y] * sin(kx);
+      kith_sum_add(&sum[p], volume(m, i) * flow);
+    }
+    kith_sum_add(&sum[VOLUME], volume(m, i));
+    kith_sum_add(&sum[SQUARES], volume(m, i) * (v[0] * v[0] + v[y] * v[y]));
   }
-  values_of(m, sum, 3, value);
-  const double start = 2 * sqrt(m->kinetic_start / value[2]);
-  return NDIM > 1 ? log(start / (value[0] / value[1])) / ((vortices ? 2 : 1) * k * k * m->time) : NAN;
+  values_of(m, sum, SUMS, value);
+  for (int p = 0; p < PHASES; ++p) squares += value[p] * value[p];
+  const double now = 2 * sqrt(squares) / value[VOLUME];
+  if (NDIM == 1 || !(now > 1e-6 * sqrt(value[SQUARES] / value[VOLUME]))) return NAN;
+  if (m->start == NULL) return now;
+  const double start = m->start[vortices ? KITH_MEASURE_vortex_viscosity : KITH_MEASURE_shear_viscosity];
+  return log(start / now) / (waves * k * k * m->time);
 }
 
 static double shear_viscosity(const struct kith_measured *m) {

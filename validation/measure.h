@@ -3,8 +3,10 @@
  *
  *   shear_viscosity    of the mode e = sin(k x) along y, k = 2 pi / L, L the length of the domain along x
  *   vortex_viscosity   of the mode e = (sin k x cos k y, -cos k x sin k y), Taylor and Green's. Viscosity nu
- *                      damps the amplitude a = sum V v.e / sum V e.e as exp(-nu K^2 t), K^2 = k^2 for shear,
- *                      2 k^2 for the vortices; M a^2 / 4 is the kinetic energy of the start for both
+ *                      damps the amplitude a = 2 |sum V v.e| / sum V, the root of the sum of squares over
+ *                      the phases 0 and pi / 2 of sines and cosines, as exp(-nu K^2 t), K^2 = k^2 for shear,
+ *                      2 k^2 for the vortices. NaN if the flow has no such mode: other wavelengths do not
+ *                      count
  *   mcnally            amplitude of a Kelvin-Helmholtz mode of two waves in a box of side 1, layers at 1/4
  *                      and 3/4 (McNally, Lyra and Passy, Astrophys. J. Suppl. 201 (2012) 18)
  *   growth             rate of a Rayleigh-Taylor mode of one wave along x, at an interface in the middle of
@@ -36,8 +38,9 @@
 #include "validation/norms.h"
 
 #define KITH_MEASURE_LIST(X)                                                                                \
-  X(shear_viscosity, "numerical viscosity, from the decay of a shear wave")                                 \
-  X(vortex_viscosity, "numerical viscosity, from the decay of Taylor-Green vortices")                       \
+  X(shear_viscosity, "numerical viscosity, from the decay of a shear wave as long as the domain")           \
+  X(vortex_viscosity,                                                                                       \
+    "numerical viscosity, from the decay of Taylor-Green vortices, one wave along x and y")                 \
   X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")                           \
   X(growth, "growth rate of a Rayleigh-Taylor mode")                                                        \
   X(ripple, "velocity amplitude of a ripple on the middle plane, for a mode that falls as e^-k|y|")         \
@@ -51,7 +54,7 @@ struct kith_measured {
   const struct kith_profile_view *nodes;
   struct kith_box domain;
   double center[NDIM]; /* of rotation */
-  double time, kinetic_start;
+  double time;
   const double *start; /* [KITH_N_MEASURES]: what was taken then; NULL: this is the start */
 };
 

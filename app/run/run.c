@@ -167,11 +167,8 @@ static bool measures(const struct kith_scene *scene) {
 /* Takes a measure. start: what was measured then; NULL: this is the start, or an amplitude is wanted. */
 static double take(const struct run *run, enum kith_measure which, const double *start) {
   const struct kith_profile_view view = view_of(run);
-  struct kith_measured measured = {.nodes = &view,
-                                   .domain = run->scene->domain,
-                                   .time = run->simulation->integrator.time,
-                                   .kinetic_start = run->baseline.totals.kinetic,
-                                   .start = start};
+  struct kith_measured measured = {
+      .nodes = &view, .domain = run->scene->domain, .time = run->simulation->integrator.time, .start = start};
   memcpy(measured.center, run->simulation->hydro.center, sizeof measured.center);
   return kith_measure_take(which, &measured);
 }
