@@ -157,6 +157,27 @@ static void inflow_changes(void) {
   scenario_close(&s);
 }
 
+/* A layer carries the state of the time at which it passed the face: a function of t - x / v. */
+static void layers_keep_time(void) {
+  static const char yaml[] =
+      HEAD FACES("{kind: inflow, density: 1 + t, pressure: 1, velocity: [2, 0, 0]}", "outflow") STREAM("2");
+  struct scenario s = {0};
+  if (scenario_open(&s, yaml, "%s", "method.package=mfm") && scenario_run(&s, 40)) {
+    const struct kith_nodes *nodes = s.simulation->nodes;
+    kith_index entered = 0;
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      if (nodes->flag->u8[i] != KITH_GAS) continue;
+      const double passed = s.simulation->integrator.time - nodes->position->f64[i * NDIM] / 2;
+      if (passed < 0.01) continue; /* of the region, or of the zone at the start */
+      ++entered;
+      CHECK_CLOSE(s.simulation->hydro.mass->f64[i] / kith_nodes_field_named(nodes, "zone_volume")->f64[i],
+                  1 + passed, 1e-12);
+    }
+    CHECK(entered > 0);
+  }
+  scenario_close(&s);
+}
+
 /* Settings that are refused when nodes are created, or during the run. */
 static void refused(const char *faces, const char *regions, const char *settings, const char *message) {
   char yaml[2000];
@@ -241,6 +262,7 @@ int main(void) {
   waves_leave();
   outflow_stays_ordered();
   inflow_changes();
+  layers_keep_time();
   refusals();
   return check_failed();
 }
