@@ -1,12 +1,13 @@
 /* decaying-wave: waves along axis 0 that diffusion lets decay, in gas at rest whose pressure does not depend
  * on its energy (isothermal) or hardly changes with it (small amplitudes).
  *
- *   u = u0 + A sin(phase) exp(-chi k^2 t),   v[1] = B sin(phase) exp(-nu k^2 t),
- *   phase = k (x[0] - origin),   k = 2 pi / wavelength
+ *   v[1] = B sin(phase) exp(-nu k^2 t),   phase = k (x[0] - origin),   k = 2 pi / wavelength
+ *   u = u0 + A sin(phase) exp(-chi k^2 t) + B^2 / 4 (1 - exp(-b t))
+ *       + nu k^2 B^2 / 2 cos(2 phase) (exp(-b t) - exp(-a t)) / (a - b),   a = 4 chi k^2,   b = 2 nu k^2
  *
- * solve du/dt = chi d^2u/dx^2 and dv/dt = nu d^2v/dx^2, but for the heat of the second wave, O(B^2)
- * (Carslaw and Jaeger 1959, Conduction of Heat in Solids, section 2.2; Landau and Lifshitz 1987, Fluid
- * Mechanics, section 24). A shear wave needs a second axis. */
+ * solve dv/dt = nu d^2v/dx^2 and du/dt = chi d^2u/dx^2 + nu (dv/dx)^2 (Carslaw and Jaeger 1959, Conduction of
+ * Heat in Solids, section 2.2; Landau and Lifshitz 1987, Fluid Mechanics, section 24). A shear wave needs a
+ * second axis. */
 #include "validation/exact/exact_parameters.h"
 
 struct decaying_wave {
@@ -38,7 +39,12 @@ static void state(const void *self, const double *x, double time, struct kith_ex
   const double k = 2 * M_PI / w->wavelength, wave = sin(k * (x[0] - w->origin));
   *out = (struct kith_exact_state){.density = w->gas.density, .pressure = w->gas.pressure};
   out->energy = w->energy + w->energy_amplitude * wave * exp(-w->diffusivity * k * k * time);
-  if (NDIM > 1) out->velocity[NDIM > 1] = w->velocity_amplitude * wave * exp(-w->viscosity * k * k * time);
+  if (NDIM == 1) return;
+  const double a = 4 * w->diffusivity * k * k, b = 2 * w->viscosity * k * k, c = fabs(a - b);
+  const double lag = exp(-KITH_MIN(a, b) * time) * (c > 0 ? -expm1(-c * time) / c : time);
+  out->velocity[NDIM > 1] = w->velocity_amplitude * wave * exp(-0.5 * b * time);
+  out->energy += 0.25 * w->velocity_amplitude * w->velocity_amplitude *
+                 (b * (1 - 2 * wave * wave) * lag - expm1(-b * time));
 }
 
 const struct kith_exact_ops kith_exact_decaying_wave = {
