@@ -20,6 +20,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     const struct kith_boundary_ops *const *side = scene->boundary[a].side;
     out.lower[a] = scene->domain.lower[a], out.upper[a] = scene->domain.upper[a];
     out.axis[a].periodic = scene->period[a] > 0;
+    out.axis[a].velocity = scene->boundary[a].velocity;
     for (int s = 0; s < 2; ++s) {
       out.axis[a].open[s] = side[s] == NULL;
       out.axis[a].mirror[s] = side[s] != NULL && side[s]->mirrors;

@@ -26,6 +26,7 @@ struct kith_exact_scene {
   double lower[NDIM], upper[NDIM], until; /* domain; end of the run */
   struct {
     bool open[2], mirror[2], periodic; /* lower and upper side: nothing, or an immovable mirror */
+    double velocity;                   /* of a side that moves, whose other side is open; else 0 */
   } axis[NDIM];
   int n_regions;
   struct kith_exact_region {

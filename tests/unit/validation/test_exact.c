@@ -506,6 +506,32 @@ static void test_decaying_wave(void) {
 #undef WAVE
 }
 
+/* A wall that runs to the left has the mirror image of the shock before one that runs to the right; mass,
+ * momentum and energy pass it unchanged. */
+static void test_hugoniot(void) {
+  const struct kith_exact_ops *ops = &kith_exact_hugoniot;
+  const struct kith_member member = kith_family_member(kith_exact_member, ops->name);
+  void *settings[2], *self[2];
+  CHECK_OK(kith_settings_create(&settings[0], member,
+                                "density=9 sound_speed=4 slope=1.5 velocity=0.5 interface_position=2"));
+  CHECK_OK(kith_settings_create(&settings[1], member,
+                                "density=9 sound_speed=4 slope=1.5 velocity=-0.5 interface_position=-2"));
+  for (int k = 0; k < 2; ++k) CHECK_OK(kith_exact_create(&self[k], ops, settings[k]));
+  CHECK_CLOSE(ops->shock(self[0], 0.1), 2 + 0.475, 1e-14);
+  CHECK_CLOSE(ops->shock(self[1], 0.1), -2 - 0.475, 1e-14);
+  for (double x = 2.03; x < 3; x += 0.04) {
+    const struct kith_exact_state right = at(ops, self[0], x, 0.1), left = at(ops, self[1], -x, 0.1);
+    CHECK(left.density == right.density && left.pressure == right.pressure && left.energy == right.energy &&
+          left.velocity[0] == -right.velocity[0]);
+    CHECK((right.density > 9) == (x < 2.475));
+  }
+  const struct kith_exact_state behind = at(ops, self[0], 2.4, 0.1);
+  CHECK_CLOSE(behind.density * (4.75 - 0.5), 9 * 4.75, 1e-13);
+  CHECK_CLOSE(behind.pressure, 9 * 4.75 * 0.5, 1e-13);
+  CHECK_CLOSE(behind.energy, 0.5 * behind.pressure * (1 / 9. - 1 / behind.density), 1e-14);
+  for (int k = 0; k < 2; ++k) kith_free(&self[k]), kith_free(&settings[k]);
+}
+
 /* At the contact temperature and heat flux are continuous, and no heat is lost. */
 static void test_slabs(void) {
   const struct kith_exact_ops *ops = &kith_exact_slabs;
@@ -554,6 +580,7 @@ int main(void) {
   test_yee();
   test_two_blasts();
   test_decaying_wave();
+  test_hugoniot();
   test_slabs();
   test_refusals();
   return check_failed();
