@@ -6,13 +6,15 @@ set size ratio -1
 set xrange [-0.25:1.25]
 set yrange [-0.25:1.25]
 set tics 0.5
+set xlabel "x"
+set ylabel "y"
 unset key
 set object 1 rectangle from 0, 0 to 1, 1 fillstyle empty border lc rgb "#555555" lw 1.5
-title(stage) = stage eq "nodes" ? "1. nodes, and the one that is looked at" : \
+title(stage) = stage eq "nodes" ? "1. nodes; black: the node whose row is built" : \
                stage eq "ghosts" ? "2. ghosts: mirrors along x, periodic along y" : \
                stage eq "neighbors" ? "3. candidates of the search" : \
                stage eq "connectivity" ? "4. its row" : \
-               stage eq "cull" ? "5. ghosts that nobody needs" : "6. the row, patched"
+               stage eq "cull" ? "5. ghosts that no node needs" : "6. the row, patched"
 of(stage, what) = sprintf("< awk '$1 == \"%s\" && $4 == \"%s\"' %s", stage, what, data)
 do for [stage in "nodes ghosts neighbors connectivity cull patch"] {
   set title title(stage)
