@@ -339,7 +339,8 @@ kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   const kith_status status =
       kith_config_at(config, "regions") == NULL
           ? read_suite(s, config, c)
-          : kith_config_fail(config->root, NULL, "a scene; a chart is of a suite (see kith chart list)");
+          : kith_config_fail(config->root, NULL,
+                             "this is a scene; a chart needs a suite (see kith chart list)");
   kith_config_destroy(&config);
   return status;
 }

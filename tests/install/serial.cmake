@@ -1,4 +1,5 @@
-# Builds without MPI: the program is not linked with MPI, runs a scene, and refuses several ranks.
+# Builds without MPI: the program is not linked with MPI, runs a scene, and refuses several ranks. Before that
+# a wrong list of dimensions is refused.
 set(place ${build}/serial-test)
 function(run wanted)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
@@ -7,6 +8,10 @@ function(run wanted)
   endif()
   set(output "${output}" PARENT_SCOPE)
 endfunction()
+run(1 ${CMAKE_COMMAND} -S ${source} -B ${place} -G Ninja -D KITH_DIMENSIONS=1,2)
+if(NOT output MATCHES "KITH_DIMENSIONS is '1,2'")
+  message(FATAL_ERROR "${output}")
+endif()
 run(0 ${CMAKE_COMMAND} -S ${source} -B ${place} -G Ninja -D CMAKE_C_COMPILER=${compiler} -D KITH_MPI=OFF
   -D KITH_DIMENSIONS=1 -D CMAKE_BUILD_TYPE=Debug)
 run(0 ${CMAKE_COMMAND} --build ${place})

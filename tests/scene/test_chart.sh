@@ -45,7 +45,7 @@ bad "bad.yaml:2: resolution: more than 64" 'scene: sod' "resolution: [$(seq -s '
 refused "no suite 'sod-1e'; did you mean 'sod-1d'?" "$kith" chart sod-1e
 refused "chart: SUITE is missing" "$kith" chart
 refused "nothere.yaml: No such file" "$kith" chart nothere.yaml
-refused "sod.yaml:3: a scene; a chart is of a suite" "$kith" chart sod.yaml -o out
+refused "sod.yaml:3: this is a scene; a chart needs a suite" "$kith" chart sod.yaml -o out
 refused "did you mean 'mach'?" "$kith" stress mack -o out
 refused "kith: --set foo: unknown key" "$kith" stress mach --set foo=1 -o out
 # no method can use this Courant number, but the sweep sets its own
