@@ -422,10 +422,13 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
 static struct kith_figure_layout layout_of(const struct picture *f, bool curves) {
   struct kith_figure_layout l = {
       .rows = (f->n + f->columns - 1) / f->columns, .columns = f->columns, .width = 500, .height = 440};
-  if (curves) l.legend = 34;
-  if (f->n > 1 || curves) return l;
   const int *pixels = f->plane.pixels;
-  l.width = 760, l.height = KITH_MAX(260, KITH_MIN(130 + 560 * pixels[1] / pixels[0], 1200));
+  if (curves)
+    l.legend = 34;
+  else if (f->n > 1) /* flat maps stand close together */
+    l.height = KITH_MAX(200, KITH_MIN(110 + 340 * pixels[1] / pixels[0], l.height));
+  else
+    l.width = 760, l.height = KITH_MAX(260, KITH_MIN(130 + 560 * pixels[1] / pixels[0], 1200));
   return l;
 }
 

@@ -147,6 +147,15 @@ static void default_pictures(void) {
     CHECK(occurrences(text, "profile.dat") == cases[k].curves &&
           occurrences(text, " binary ") == cases[k].maps);
   }
+  for (int flat = 0; flat < 2 && NDIM > 1; ++flat) { /* rows of flat maps are low */
+    const struct kith_plot p = sample(50, &across);
+    int width = 0, height = 0;
+    for (kith_index i = 0; i < 50; ++i) position[(size_t)i * NDIM + 1] = (flat ? 0.05 : 1) * (i % 7);
+    CHECK_OK(kith_plot_write(&p, directory));
+    CHECK(sscanf(strstr(load("plot.gp"), "pngcairo noenhanced size "), "%*s %*s %*s %d,%d", &width,
+                 &height) == 2);
+    CHECK(width == 1000 && (height < 900) == flat);
+  }
 }
 
 /* Of many nodes 20000 are drawn, all different, over the whole range, the same ones each time. */
