@@ -243,8 +243,8 @@ static kith_status do_rows(struct validation *v) {
   printf("%-*s %12s  %-13s %-6s %9s %7s\n", v->width, "row", "measured", "bound", "", "energy", "floors");
   for (int k = 0; k < v->n; ++k)
     if (!v->quick || v->rows[k].quick) KITH_TRY(do_row(v, &v->rows[k]));
-  printf("%d rows, %d out of tolerance%s; %.0f s\n", v->n_done, v->n_wrong,
-         v->n_failed > 0 ? ", and some runs failed" : "", kith_seconds() - begun);
+  printf("%d rows, %d out of tolerance%s; %.0f s; %s/validation.csv\n", v->n_done, v->n_wrong,
+         v->n_failed > 0 ? ", and some runs failed" : "", kith_seconds() - begun, v->directory);
   if (v->n_compared > 0)
     printf("%d of %d runs end in the same state as the row they are compared with\n", v->n_same,
            v->n_compared);
