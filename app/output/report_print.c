@@ -117,8 +117,8 @@ static void print_stages(const struct kith_report *r, bool all, FILE *f) {
 }
 
 static void print_cost(const struct kith_report *r, FILE *f) {
-  fprintf(f, "\n  without set-up and pictures %.3f s wall, %.3f s cpu; ", r->wall_seconds, r->cpu_seconds);
-  fprintf(f, "%.1f pairs per node, %.3g pair evaluations\n", r->pairs_per_node, r->pair_evaluations);
+  fprintf(f, "\n  steps and output: %.3f s wall, %.3f s cpu; %.1f pairs per node, %.3g pair evaluations\n",
+          r->wall_seconds, r->cpu_seconds, r->pairs_per_node, r->pair_evaluations);
   if (r->ranks == 1) return;
   fprintf(f, "  %.4g messages of %.4g bytes in the mean; remote ghosts: %.4g created, %.4g kept\n",
           at(r->ledger, "messages"), at(r->ledger, "message_bytes") / KITH_MAX(at(r->ledger, "messages"), 1),
