@@ -52,14 +52,12 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
   const bool parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
   const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
   const double start = seconds_now();
-  while (it->time < pilot->until) {
+  while (it->time < pilot->until && seconds_now() - start < pilot->limit)
     KITH_TRY(kith_integrator_step(it, pilot->until));
-    if (seconds_now() - start > pilot->limit)
-      KITH_FAIL(DIVERGED, "a calibration run exceeds %.3g s", pilot->limit);
-  }
   const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
                all = parts ? of_node : (double)(it->ledger.evaluations - evaluations);
   out->steps = parts ? of_node : (double)it->step;
+  out->reached = it->time;
   out->growth = (seconds_now() - start) / fmax(all, 1) / first;
   return KITH_OK;
 }
@@ -98,9 +96,10 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
   *out = (struct kith_calibration){.resolution = cost <= budget ? resolution
                                                  : lower > 10   ? 2 * round(0.5 * lower)
                                                                 : lower};
-  struct pilot pilot = {until, 10 * budget, out};
+  struct pilot pilot = {until, 3 * budget, out};
   KITH_TRY(with_resolution(options, out->resolution, NULL, steps_of, &pilot));
   out->expected = out->steps * resolution / out->resolution;
+  if (out->reached < until) out->expected *= until / out->reached;
   return KITH_OK;
 }
 

@@ -27,13 +27,13 @@ kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_opti
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
 struct kith_calibration {
-  double resolution, steps; /* of the calibration run */
-  double expected;          /* steps of the scene itself */
+  double resolution, steps, reached; /* of the calibration run: its steps to the time that it reached */
+  double expected;                   /* steps of the scene itself */
   double growth;
 };
 /* Runs the scene of `options` for about `budget` seconds, judged by `cost`, the estimate for the scene
- * itself: as it is if that suffices, else at a lower resolution. DIVERGED if the run fails or takes ten times
- * as long. */
+ * itself: as it is if that suffices, else at a lower resolution. It is stopped if it takes three times as
+ * long. Fails as any run does. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
 

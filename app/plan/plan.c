@@ -299,22 +299,26 @@ static double expected_steps(double first, double full, double until) {
   return steps + (time < until ? ceil((until - time) / full) : 0);
 }
 
-/* Prints the number of steps, which those of a calibration run replace; without one they are an estimate. */
+/* Prints the number of steps, or of updates of a node, and where it is from. */
 static void show_steps(const struct kith_calibration *c, kith_status calibrated, bool fixed, bool parts,
                        double resolution, double steps, double until) {
-  const char *label = parts ? "updates" : "steps", *what = parts ? " of a node" : "";
-  if (calibrated != KITH_OK)
-    line(label, "about %.0f to t = %.6g, an estimate: %s; calibration: %s", steps, until,
+  char many[64], taken[96], reached[32] = "";
+  snprintf(many, sizeof many, parts ? "about %.4g of a node to t = %.6g" : "about %.9g to t = %.6g",
+           parts ? steps : round(steps), until);
+  if (c->reached < until) snprintf(reached, sizeof reached, " to t = %.4g", c->reached);
+  snprintf(taken, sizeof taken, "; a calibration run took %.6g at resolution %.4g%s", c->steps, c->resolution,
+           reached);
+  const char *label = parts ? "updates" : "steps";
+  if (calibrated == KITH_OK)
+    line(label, "%s%s", many,
+         c->resolution < resolution || c->reached < until ? taken
+                                                          : ", counted by running the scene to its end");
+  else
+    line(label, "%s, an estimate: %s; calibration: %s", many,
          fixed   ? "all of the same length"
          : parts ? "as many as if all nodes were updated in each step"
                  : "dt grows by a quarter a step and then stays as it is now",
          kith_failure());
-  else if (c->resolution == resolution)
-    line(label, "about %.*f%s to t = %.6g, counted by running the scene to its end", parts, steps, what,
-         until);
-  else
-    line(label, "about %.*f%s to t = %.6g; a calibration run took %.*f at resolution %.4g", parts, steps,
-         what, until, parts, c->steps, c->resolution);
 }
 
 /* Prints steps and cost: the longer the calibration run, the more reliable. */
@@ -323,15 +327,16 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings),
              parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
   const double evaluation = it->evaluations * plan->evaluation;
-  struct kith_calibration c;
+  struct kith_calibration c = {.resolution = plan->scene->resolution}; /* no steps to t = 0 */
   char time[32], all[32];
   const double first = fixed    ? it->fixed_dt
                        : blocks ? 0.1 * plan->full_dt
                                 : it->timestep_limit.dt / plan->resolution_ratio;
   double steps = expected_steps(first, fixed ? it->fixed_dt : plan->full_dt, until);
-  const double guess = steps * evaluation;
-  const kith_status calibrated = kith_calibration_run(&c, options, plan->scene->resolution, until, guess,
-                                                      fmin(fmax(0.08 * guess, 0.7), 5));
+  const double guess = (steps + 1) * evaluation; /* with the rates at the start */
+  const double budget = fmin(fmax(0.08 * guess, 0.7), 5);
+  const kith_status calibrated =
+      until > 0 ? kith_calibration_run(&c, options, plan->scene->resolution, until, guess, budget) : KITH_OK;
   plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
   if (calibrated == KITH_OK && !fixed) steps = c.expected;
   show_steps(&c, calibrated, fixed, parts, plan->scene->resolution, steps, until);

@@ -113,6 +113,17 @@ ok "$kith" run tiny.yaml --quiet -o run --steps 1
 [[ $planned == "$(awk -F, 'NR == 2 {printf "%.4g", $3}' run/history.csv)" ]] ||
   wrong "the first dt is not $planned"
 
+# So are the steps of a scene that takes less than a second, also if they get much shorter later.
+for setting in tiny.yaml "$inputs/two-blasts.yaml --set dimension=1 --set resolution=60"; do
+  shown "counted by running the scene to its end" "$kith" plan $setting --set output.plot=false
+  planned=$(sed -n 's/^ *steps *about \([0-9]*\) .*/\1/p' stdout)
+  ok "$kith" run $setting --set output.plot=false --quiet -o whole --overwrite
+  taken=$(sed -n 's/^ *"steps": \([0-9]*\).*/\1/p' whole/report.json)
+  [[ $planned == "$taken" ]] || wrong "$setting: $planned steps planned, $taken taken"
+done
+shown "a calibration run took" "$kith" plan tiny.yaml --set scheme.dt=1e-8
+shown "never reach 1e+300 cost" "$kith" plan tiny.yaml --until 1e300
+
 # So are ghosts and row entries of its lists, without those of the first one, whose supports are guessed, and
 # without rows of ghosts.
 for faces in one-point integrated; do
