@@ -114,6 +114,14 @@ static kith_status check_block(const struct kith_nodes *nodes, const struct kith
   return KITH_OK;
 }
 
+static void clear_values(struct kith_nodes *nodes, kith_index first, kith_index count) {
+  for (int f = 0; f < nodes->n_fields; ++f) {
+    const size_t size = kith_field_node_size(nodes->fields[f]);
+    if (kith_field_is_own(nodes->fields[f])) continue;
+    memset((char *)nodes->fields[f]->data + (size_t)first * size, 0, (size_t)count * size);
+  }
+}
+
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block) {
   struct kith_ghost_block fresh = *block;
   const size_t n = (size_t)nodes->n_blocks;
@@ -136,6 +144,7 @@ kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_gh
     refresh_block(&fresh, fields, n_fields);
     return KITH_OK;
   }
+  if (fresh.kind == KITH_GHOST_FROZEN) clear_values(nodes, fresh.first, fresh.count);
   memset(nodes->list->u8 + fresh.first, fresh.list, (size_t)fresh.count);
   return KITH_OK;
 }

@@ -239,8 +239,8 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
 /* Drops all ghosts and shifts. */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
 /* Appends a block of ghosts. Ownership of `control` passes to the nodes, also on failure. Image ghosts get
- * the fields that new ghosts have; frozen and remote ones are zero, for the caller to fill. An empty block is
- * not kept. */
+ * the fields that new ghosts have; the caller fills frozen ones, which are zero, and remote ones, which have
+ * any values. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
 /* The fields that a new ghost has: the state, the id, list and image, and the search radius.
  * fields[KITH_MAX_FIELDS]; returns how many. */
