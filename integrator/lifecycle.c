@@ -113,14 +113,18 @@ static kith_status ghosts_with_rows(struct kith_integrator *it, kith_status stat
 }
 
 /* Fails if there are too many images: a support that cannot find its neighbors would grow, and images with
- * it, until memory ends. */
+ * it, until memory ends. Remote ghosts count as neither nodes nor images: some are images, which their own
+ * ranks compare with their nodes. */
 static kith_status bound_ghosts(const struct kith_integrator *it) {
   enum { MOST = NDIM == 3 ? 1000 : NDIM == 2 ? 400 : 100 }; /* most images per node and wanted neighbor */
   const struct kith_nodes *nodes = it->nodes;
   double images = (double)nodes->n_internal * (nodes->shifts.n - 1), of = nodes->n_internal;
   kith_index widest = 0;
-  for (int b = 0; b < nodes->n_blocks; ++b)
-    *(nodes->blocks[b].kind == KITH_GHOST_IMAGE ? &images : &of) += nodes->blocks[b].count;
+  for (int b = 0; b < nodes->n_blocks; ++b) {
+    const struct kith_ghost_block *block = &nodes->blocks[b];
+    if (block->kind == KITH_GHOST_IMAGE) images += block->count;
+    if (block->kind == KITH_GHOST_FROZEN) of += block->count;
+  }
   if (images <= MOST * (of + it->package->neighbors) || nodes->n_internal == 0) return KITH_OK;
   for (kith_index i = 1; i < nodes->n_internal; ++i)
     if (nodes->support->f64[i] > nodes->support->f64[widest]) widest = i;

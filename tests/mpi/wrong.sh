@@ -26,6 +26,9 @@ expect 2 "not a checkpoint\|No such file" $mpirun -n 2 $run --restart "$out/none
 expect 1 \
   "its energy is negative\|is not finite\|does not converge\|collapsed\|far outside\|more than 1000 images" \
   $mpirun -n 3 $run --set scheme.dt=0.05 --set scheme.name=rk4 --set method.energy=thermal
+# Images of other ranks do not hide that supports find no neighbors.
+expect 1 "does not find its neighbors" $mpirun -n 3 $run --set boundaries.x=periodic --set resolution=10 \
+  --set connectivity.exclude=materials:of=gas
 # Errors that all ranks find at the same time.
 expect 1 "policy never does not rebuild the lists" $mpirun -n 3 $run --set connectivity.rebuild=never \
   --set connectivity.skin=0.01
