@@ -170,7 +170,9 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   KITH_TRY(open_file(p));
   for (int k = 0; k < p->n; ++k) { /* without samples of last states */
     const uint64_t step = m->integrator.step, every = (uint64_t)p->set[k].probe->every;
-    KITH_TRY(kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every));
+    if (kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every) != KITH_OK)
+      KITH_FAIL(BAD_FILE, "%s: damaged, or it has other probes than the scene: move it away, or give -o DIR",
+                p->path);
   }
   return KITH_OK;
 }

@@ -101,14 +101,31 @@ static hsize_t samples_until(hid_t group, hsize_t n, uint64_t step) {
   return n;
 }
 
-/* Drops the samples after `step` of all columns. False: the group has other columns. */
+/* Has the group these points, and as many columns? */
+static bool is_of(hid_t group, const struct kith_series *series) {
+  const struct column c = {.name = "points", .rank = 1, .size = {series->n, 3}};
+  H5G_info_t group_info = {0};
+  double *points = NULL;
+  H5Gget_info(group, &group_info);
+  if (group_info.nlinks != (hsize_t)(1 + FIXED + series->n_columns)) return false;
+  if (samples_of(group, &c) != (hssize_t)series->n) return false;
+  if (kith_resize(&points, 0, 3 * series->n, sizeof *points) != KITH_OK) return false;
+  const hid_t id = H5Dopen2(group, "points", H5P_DEFAULT);
+  H5Dread(id, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, points);
+  H5Dclose(id);
+  const bool same = memcmp(points, series->points, 3 * series->n * sizeof *points) == 0;
+  kith_free(&points);
+  return same;
+}
+
+/* Drops the samples after `step` of all columns. False: the group has other points or columns. */
 static bool cut(hid_t file, const struct kith_series *series, uint64_t step) {
   if (H5Lexists(file, series->name, H5P_DEFAULT) <= 0) return false;
   const hid_t group = H5Gopen2(file, series->name, H5P_DEFAULT);
   struct column c = column_of(series, 1);
   const hssize_t n = samples_of(group, &c);
   const hsize_t kept = n > 0 ? samples_until(group, (hsize_t)n, step) : 0;
-  bool same = n >= 0;
+  bool same = n >= 0 && is_of(group, series);
   for (int k = 0; k < FIXED + series->n_columns && same; ++k) {
     c = column_of(series, k);
     same = samples_of(group, &c) >= (hssize_t)kept;

@@ -339,10 +339,15 @@ static void check_series(void) {
     CHECK(read_column("center", "step", 3, &step, 1) == 4 && step == 3);
     CHECK(read_column("slice", "step", 1, &step, 1) == 2 && step == 2);
     /* A file of other probes cannot be continued; a missing file is created. */
-    s.scene->probe[0].gradients = false, strcpy(s.scene->probe[0].name, "middle");
-    CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
-    CHECK(strstr(kith_failure(), "it has other probes than the scene") != NULL);
-    CHECK_OK(kith_probes_destroy(&probes));
+    const double at = s.scene->probe[0].at[0];
+    for (int other = 0; other < 3; ++other) { /* a point elsewhere, no gradients, another name */
+      s.scene->probe[0].at[0] = other == 0 ? at + 0.01 : at;
+      if (other > 0) s.scene->probe[0].gradients = false;
+      if (other > 1) strcpy(s.scene->probe[0].name, "middle");
+      CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
+      CHECK(strstr(kith_failure(), "it has other probes than the scene") != NULL);
+      CHECK_OK(kith_probes_destroy(&probes));
+    }
     unlink(path_in("probes.h5"));
     CHECK_OK(kith_probes_create(&probes, s.simulation, directory, true));
     CHECK_OK(kith_probes_sample(probes, true));
