@@ -9,8 +9,11 @@ KITH_FAMILY(kith_eos, KITH_EOS_LIST(X))
 void kith_material_state(const struct kith_material *material, kith_index n, const double *density,
                          const double *energy, double *pressure, double *sound_speed) {
   material->eos->state(material->settings, n, density, energy, pressure, sound_speed);
-  for (kith_index i = 0; material->cut && i < n; ++i)
-    if (pressure[i] < 0) pressure[i] = sound_speed[i] = 0;
+  for (kith_index i = 0; material->cut && i < n; ++i) {
+    const double modulus = density[i] * sound_speed[i] * sound_speed[i];
+    if (pressure[i] < -1e-12 * modulus) sound_speed[i] = 0;
+    pressure[i] = KITH_MAX(pressure[i], 0.0);
+  }
 }
 
 double kith_material_gamma(const struct kith_material *material, double density, double energy) {

@@ -44,7 +44,8 @@ struct kith_material {
   bool cut;             /* bears no tension: where P would be negative, P and c are 0 */
 };
 
-/* Computes pressure and sound speed of n nodes, as `state`, but cuts tension if the material bears none. */
+/* Computes pressure and sound speed of n nodes, as `state`, but cuts tension if the material bears none. A
+ * tension of 1e-12 of the modulus rho c^2 is round-off of a solid at rest, which keeps its sound speed. */
 void kith_material_state(const struct kith_material *material, kith_index n, const double *density,
                          const double *energy, double *pressure, double *sound_speed);
 /* Returns d(rho c^2) / dP along the isentrope: gamma of a power law, else by differences and within 1 to 20.

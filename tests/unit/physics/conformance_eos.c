@@ -278,6 +278,13 @@ static void check_values(void) {
   }
   CHECK_CLOSE(kith_material_gamma(&copper, 8.93 * 1.001, 0), 4 * 1.489 - 1, 0.03); /* of a weak shock */
   CHECK(strstr(kith_material_outside(&copper, 8.93 * 3.1, 0, 1, 1), "compressed") != NULL);
+  /* That bears no tension: round-off at rest tears nothing, a stretch of 1e-6 does. */
+  struct kith_material torn = copper;
+  const double stretched[] = {8.93 * (1 - 1e-14), 8.93 * (1 - 1e-6)}, none[] = {0, 0};
+  torn.cut = true;
+  kith_material_state(&torn, 2, stretched, none, pressure, c);
+  CHECK_CLOSE(c[0], 3.94, 1e-12);
+  CHECK(pressure[0] == 0 && pressure[1] == 0 && c[1] == 0);
 }
 
 int main(void) {
