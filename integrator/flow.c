@@ -41,7 +41,7 @@ static kith_status impose_state(struct kith_integrator *it, const struct kith_bo
 static double time_at_face(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const double inwards =
       -kith_flow_outwards(b) * it->hydro->velocity->f64[(size_t)i * NDIM + (size_t)b->axis];
-  return inwards > 0 ? it->time + depth_of(it, b, i) / inwards : it->time;
+  return inwards > 0 ? fmax(it->time + depth_of(it, b, i) / inwards, it->time - it->dt) : it->time;
 }
 
 /* Makes node `to` the successor of node `from`: a copy, as far behind as the zone is deep. */

@@ -1,9 +1,9 @@
 /* flow.h - inflow and outflow: how their zones (boundaries/flow.h) move, when nodes become gas or gas becomes
  * part of a zone, and what the gas gets from outside.
  *
- * Inflow: nodes in the zone have no rates; at the start of each step they get the state at the face, a node
- * that has passed it that of the time at which it did. The node that takes the place of one with id k has id
- * k + the number of nodes at the start: no id comes twice, and none depends on ranks.
+ * Inflow: nodes in the zone have no rates; at the start of each step they get the state at the face; a node
+ * that has passed the face gets the state at the time when it passed. The node that takes the place of one
+ * with id k has id k + the number of nodes at the start: no id comes twice, and none depends on ranks.
  *
  * Outflow: a node keeps the energy rate of the package; its velocity depends only on nodes further in. With
  * the velocity v and the direction n outwards

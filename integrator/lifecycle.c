@@ -169,7 +169,7 @@ static void keep_few(const struct kith_nodes *nodes, uint8_t *keep) {
   kith_index kept = 0;
 #pragma omp parallel for simd schedule(static) reduction(+ : kept) if (nodes->n_ghost > KITH_FEW)
   for (kith_index g = 0; g < nodes->n_ghost; ++g) kept += keep[g] != 0;
-  if ((nodes->n_ghost - kept) * WORTH_A_CULL < nodes->n_ghost) memset(keep, 1, (size_t)nodes->n_ghost);
+  if (nodes->n_ghost - kept < nodes->n_ghost / WORTH_A_CULL) memset(keep, 1, (size_t)nodes->n_ghost);
 }
 
 /* Marks the ghosts that this rank needs, and sends that to other ranks. Called while rows are built, unless

@@ -12,7 +12,7 @@ void kith_material_state(const struct kith_material *material, kith_index n, con
   for (kith_index i = 0; material->cut && i < n; ++i) {
     const double modulus = density[i] * sound_speed[i] * sound_speed[i];
     if (pressure[i] < -1e-12 * modulus) sound_speed[i] = 0;
-    pressure[i] = KITH_MAX(pressure[i], 0.0);
+    if (pressure[i] < 0) pressure[i] = 0; /* not if it is no number */
   }
 }
 

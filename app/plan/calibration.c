@@ -94,7 +94,7 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
   const double lower = pow(budget / cost, 1.0 / (NDIM + 1)) * resolution;
   /* Takes a whole, even resolution where that makes little difference: lattices and centers may need it. */
   *out = (struct kith_calibration){.resolution = cost <= budget ? resolution
-                                                 : lower > 10   ? 2 * round(0.5 * lower)
+                                                 : lower > 10   ? fmin(2 * round(0.5 * lower), resolution)
                                                                 : lower};
   struct pilot pilot = {until, 3 * budget, out};
   KITH_TRY(with_resolution(options, out->resolution, NULL, steps_of, &pilot));
