@@ -36,7 +36,7 @@ const char *kith_text_seconds(char text[32], double seconds) {
   else if (seconds < 7200)
     snprintf(text, 32, "%.1f min", seconds / 60);
   else
-    snprintf(text, 32, "%.6g h", seconds / 3600);
+    snprintf(text, 32, "%.3g h", seconds / 3600);
   return text;
 }
 

@@ -104,7 +104,8 @@ done
 "$kith" run "$inputs/noh.yaml" --quiet --steps 1 --set dimension=1 --set output.plot=false \
   --set exact.velocity=3 >stdout 2>stderr || wrong "run stopped at another exact solution"
 rm -rf out
-[[ $(<stderr) == "kith: warning: exact: the scene does not start as noh does: the speed differs by 100 %" ]] ||
+[[ $(<stderr) == \
+  "kith: warning: exact: the scene does not start as noh does: the speed differs by 100 %" ]] ||
   wrong "run warned: $(<stderr)"
 
 # The first dt of the plan is that of the run.

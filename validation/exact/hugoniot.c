@@ -26,7 +26,8 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
   const bool at_upper = scene->axis[0].open[0]; /* the other side of a piston is open */
   h->density = scene->region[0].density;
   h->interface_position = (at_upper ? scene->upper : scene->lower)[0];
-  if (scene->axis[0].velocity != 0) h->velocity = scene->axis[0].velocity;
+  const double velocity = scene->axis[0].velocity;
+  if (at_upper ? velocity < 0 : velocity > 0) h->velocity = velocity; /* a wall that recedes has no shock */
 }
 
 static double shock_speed(const struct hugoniot *h) {
