@@ -22,16 +22,16 @@ static void add_to_sums(const struct kith_integrator *it, kith_index i, double s
 
 /* ---- inflow ---- */
 
-/* Gives node i the state at the face at `time`, if that changes. */
-static kith_status impose_state(struct kith_integrator *it, const struct kith_boundary *b, kith_index i,
-                                double time) {
+/* Gives node i the state at the face at `time`, if that changes. volume: of nodes of the zone. */
+static kith_status impose_state(struct kith_integrator *it, const struct kith_boundary *b,
+                                const struct kith_field *volume, kith_index i, double time) {
   const struct kith_nodes *nodes = it->nodes;
   struct kith_flow_state state;
   if (it->flow.state == NULL || ((const struct kith_flow_settings *)b->settings)->density == NULL)
     return KITH_OK;
   KITH_TRY(it->flow.state(it->flow.context, b, nodes->list->u8[i], nodes->position->f64 + (size_t)i * NDIM,
                           time, &state));
-  it->hydro->mass->f64[i] = state.density * kith_nodes_field_named(nodes, KITH_ZONE_VOLUME)->f64[i];
+  it->hydro->mass->f64[i] = state.density * volume->f64[i];
   it->hydro->energy->f64[i] = state.energy;
   memcpy(it->hydro->velocity->f64 + (size_t)i * NDIM, state.velocity, sizeof state.velocity);
   return KITH_OK;
@@ -64,9 +64,10 @@ static kith_status make_successor(struct kith_integrator *it, const struct kith_
 static kith_status enter(struct kith_integrator *it, const struct kith_boundary *b, struct kith_sum *sums,
                          uint64_t *changes) {
   struct kith_nodes *nodes = it->nodes;
+  const struct kith_field *volume = kith_nodes_field_named(nodes, KITH_ZONE_VOLUME);
   const uint8_t flag = kith_flow_flag(b);
   for (kith_index i = 0; i < nodes->n_internal; ++i)
-    if (nodes->flag->u8[i] == flag) KITH_TRY(impose_state(it, b, i, it->time));
+    if (nodes->flag->u8[i] == flag) KITH_TRY(impose_state(it, b, volume, i, it->time));
   for (int l = 0; l < nodes->n_lists; ++l) {
     const struct kith_node_list *list = &nodes->lists[l];
     const kith_index end = list->first + list->count;
@@ -84,7 +85,7 @@ static kith_status enter(struct kith_integrator *it, const struct kith_boundary 
     for (kith_index i = list->first; i < end; ++i) {
       if (nodes->flag->u8[i] != flag || depth_of(it, b, i) > 0) continue;
       KITH_TRY(make_successor(it, b, next++, i));
-      KITH_TRY(impose_state(it, b, i, time_at_face(it, b, i)));
+      KITH_TRY(impose_state(it, b, volume, i, time_at_face(it, b, i)));
       nodes->flag->u8[i] = KITH_GAS;
       add_to_sums(it, i, 1, sums);
     }
