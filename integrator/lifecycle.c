@@ -163,12 +163,14 @@ static bool may_cull(const struct kith_integrator *it) {
          (it->nodes->n_ghost > 0 || it->nodes->ranks != NULL);
 }
 
-/* Keeps all ghosts if few could be culled: to renumber the lists costs more than these ghosts do. */
-static void keep_few(const struct kith_nodes *nodes, uint8_t *keep) {
-  enum { WORTH_A_CULL = 16 }; /* one ghost of so many */
+/* Keeps all ghosts if few could be culled: to renumber the lists costs more than these ghosts do. Images that
+ * other ranks may need are not among those few. */
+static void keep_few(const struct kith_halo *halo, const struct kith_nodes *nodes, uint8_t *keep) {
+  enum { WORTH_A_CULL = 16, SENT = 2 }; /* one ghost of so many */
   kith_index kept = 0;
+  kith_halo_mark_sent(halo, nodes, keep, SENT);
 #pragma omp parallel for simd schedule(static) reduction(+ : kept) if (nodes->n_ghost > KITH_FEW)
-  for (kith_index g = 0; g < nodes->n_ghost; ++g) kept += keep[g] != 0;
+  for (kith_index g = 0; g < nodes->n_ghost; ++g) kept += keep[g] != 0, keep[g] &= ~SENT;
   if (nodes->n_ghost - kept < nodes->n_ghost / WORTH_A_CULL) memset(keep, 1, (size_t)nodes->n_ghost);
 }
 
@@ -185,7 +187,7 @@ static kith_status tell_marks(void *integrator) {
     if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
       memset(it->scratch.keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
   }
-  if (nodes->n_ghost > 0) keep_few(nodes, it->scratch.keep);
+  if (nodes->n_ghost > 0) keep_few(it->hydro->halo, nodes, it->scratch.keep);
   kith_halo_start_cull(it->hydro->halo, nodes, it->scratch.keep);
   it->scratch.told = true;
   return KITH_OK;

@@ -345,6 +345,15 @@ static void trim_list(struct peer *peer, const struct kith_nodes *nodes, const u
   peer->n_send = left;
 }
 
+void kith_halo_mark_sent(const struct kith_halo *halo, const struct kith_nodes *nodes, uint8_t *mark,
+                         uint8_t bits) {
+  for (int p = 0; halo != NULL && p < halo->n_peers; ++p) {
+    const struct peer *peer = &halo->peer[p];
+    for (kith_index k = 0; k < peer->n_send; ++k)
+      if (peer->send[k] >= nodes->n_internal) mark[peer->send[k] - nodes->n_internal] |= bits;
+  }
+}
+
 /* A flag for each ghost goes back to where its node came from: `in` is sent, `out` received. The buffer had
  * space for values already. */
 void kith_halo_start_cull(struct kith_halo *halo, const struct kith_nodes *nodes, const uint8_t *keep) {

@@ -55,6 +55,9 @@ void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes);
  * between. */
 void kith_halo_start_cull(struct kith_halo *halo, const struct kith_nodes *nodes, const uint8_t *keep);
 void kith_halo_finish_cull(struct kith_halo *halo, const struct kith_nodes *nodes, uint8_t *keep);
+/* Sets these bits in the marks of all images that other ranks were told of. No communication. */
+void kith_halo_mark_sent(const struct kith_halo *halo, const struct kith_nodes *nodes, uint8_t *mark,
+                         uint8_t bits);
 /* After the cull: renumber[old index] is the new index or -1. */
 void kith_halo_remap(struct kith_halo *halo, const kith_index *renumber);
 

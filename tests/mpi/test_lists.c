@@ -368,6 +368,27 @@ static void culled_lists_are_rebuilt_lists(void) {
   scenario_close(&s);
 }
 
+/* A cull removes a 16th of the ghosts at least, or it is left. Images that only other ranks read, as beyond
+ * the ends of a periodic box, do not count among those that could go. */
+static void culls_are_worth_it(void) {
+  static const char lattice[] =
+      "scene: lattice\ndimension: 1\nresolution: {1d: 64, 2d: 48, 3d: 20}\n"
+      "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\nboundaries: {x: periodic, y: periodic, z: periodic}\n"
+      "materials: {gas: {}}\nregions: [{material: gas, lattice: cubic, density: 1, pressure: 1}]\nuntil: 9\n";
+  struct scenario s;
+  if (!open_shared(&s, lattice, "partition.name=cart") || !scenario_run(&s, 0)) return;
+  for (int k = 0; k < 3; ++k) {
+    const struct kith_ledger before = s.simulation->integrator.ledger;
+    CHECK_OK(kith_integrator_step(&s.simulation->integrator, s.scene->until));
+    const struct kith_ledger *now = &s.simulation->integrator.ledger;
+    const uint64_t culled = now->ghosts_culled - before.ghosts_culled,
+                   created = now->ghosts_created - before.ghosts_created;
+    CHECK(now->lifecycles == before.lifecycles + 1);
+    CHECK(culled == 0 || 16 * culled > created - 16);
+  }
+  scenario_close(&s);
+}
+
 int main(void) {
   CHECK_OK(kith_ranks_create(&ranks));
   callers_communicator();
@@ -376,6 +397,7 @@ int main(void) {
   rebuilds_together();
   all_partitioners();
   culled_lists_are_rebuilt_lists();
+  culls_are_worth_it();
   lists_of_all_steps(thin, "reproducible=true", 3);
   lists_of_all_steps(box, "reproducible=true connectivity.rebuild=displacement", 6);
   lists_of_all_steps(box, "reproducible=true partition.cells=1", 2);
