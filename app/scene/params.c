@@ -309,9 +309,15 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
                             const struct kith_config_node *found[2]) {
   char index[16];
   const bool named = row != NULL && row->params != NULL && row->form == KITH_FORM_NAMED; /* keys are names */
+  const bool mixed =
+      b != NULL && a->kind != b->kind && a->kind != KITH_CONFIG_LIST && b->kind != KITH_CONFIG_LIST;
+  /* One is a map {kind: NAME, ...}, and the other NAME alone, which stands for {kind: NAME}. */
+  const struct kith_param *kind =
+      mixed && row != NULL && row->form == KITH_FORM_VALUE ? find_chooser(row->params) : NULL;
   if (a->null || (row != NULL && row->role != KITH_ROLE_STATE)) return false;
+  if (kind != NULL && a->kind == KITH_CONFIG_SCALAR) return false; /* found the other way round */
   if (b == NULL && is_default(row, a)) return false;
-  if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind) ||
+  if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind && kind == NULL) ||
       (a->kind == KITH_CONFIG_SCALAR && !same_text(a->text, b->text))) {
     found[swapped] = a, found[!swapped] = b;
     return true;
@@ -319,10 +325,12 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
   for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
     snprintf(index, sizeof index, "%d", child->index);
     const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : index);
+    if (kind != NULL && strcmp(child->key, kind->key) == 0) other = b;
     const struct kith_param *below = child->key != NULL && !named ? kith_params_find(rows, child->key) : NULL;
     const struct kith_param *chooser = below == NULL && !named ? find_chooser(rows) : NULL;
     if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* the choice of the member is free */
     if (chooser != NULL && child->key != NULL) below = row_of_member(chooser, child->key, a, b);
+    if (child->key == NULL) below = row;
     if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))
       return true;
   }
@@ -379,9 +387,9 @@ static void print_param(const struct kith_param *param, const char *owners, bool
                                      : "",
                               param->key, value[0] != '\0' ? " " : "", value);
   print_comment(param, owners, written, file);
-  if (param->params == NULL || idle) return;
+  if (param->params == NULL || param->form == KITH_FORM_VALUE || idle) return;
   if (param->form == KITH_FORM_NAMED) fprintf(file, "%*sNAME:\n", indent + 2, "");
-  print_params(param->params, indent + (param->form <= KITH_FORM_MAP ? 2 : 4), param->form == KITH_FORM_LIST,
+  print_params(param->params, indent + (param->form == KITH_FORM_MAP ? 2 : 4), param->form == KITH_FORM_LIST,
                file);
 }
 

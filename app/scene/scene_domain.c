@@ -38,15 +38,6 @@ kith_status kith_scene_domain(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
-#define SIDES                                                                                  \
-  "open or a boundary (kith list boundary), with its settings {kind: NAME, key: value}, or a " \
-  "pair [lower, upper] of these"
-const struct kith_param kith_boundaries_params[] = {
-    {"x", KITH_PARAM_OTHER, "open", "", SIDES, .params = NULL},
-    {"y", KITH_PARAM_OTHER, "open", "", SIDES, .params = NULL},
-    {"z", KITH_PARAM_OTHER, "open", "", SIDES, .params = NULL},
-    {0}};
-
 struct kith_member kith_scene_side_member(int k) {
   if (k == 0) return (struct kith_member){.name = "open", .doc = "nothing beyond it"};
   for (const struct kith_boundary_ops *const *p = kith_boundary_all(); *p != NULL; ++p)
@@ -56,6 +47,14 @@ struct kith_member kith_scene_side_member(int k) {
 }
 static const struct kith_param side_params[] = {
     {"kind", KITH_PARAM_MEMBER, NULL, "", "boundary", .family = kith_scene_side_member}, {0}};
+#define SIDES                                                                                  \
+  "open or a boundary (kith list boundary), with its settings {kind: NAME, key: value}, or a " \
+  "pair [lower, upper] of these"
+const struct kith_param kith_boundaries_params[] = {
+    {"x", KITH_PARAM_OTHER, "open", "", SIDES, KITH_BELOW(side_params, VALUE)},
+    {"y", KITH_PARAM_OTHER, "open", "", SIDES, KITH_BELOW(side_params, VALUE)},
+    {"z", KITH_PARAM_OTHER, "open", "", SIDES, KITH_BELOW(side_params, VALUE)},
+    {0}};
 
 /* Reads a side: a name, or a map {kind: name, ...} with settings. */
 static kith_status read_side(const struct kith_config_node *node, struct kith_selected *side) {

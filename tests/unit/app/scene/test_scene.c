@@ -361,6 +361,7 @@ static void compares(void) {
                {"materials.gamma.gamma=1.4", NULL}, /* the name of a material may be that of a key */
                {"gravity=[0,0.0,0]", NULL},
                {"regions.1.velocity=[0,0,0]", NULL},
+               {"boundaries.y={kind: periodic, images: ghosts}", NULL},
                /* settings that do not affect the state */
                {"output.plot=true", NULL},
                {"output={}", NULL},
@@ -380,6 +381,7 @@ static void compares(void) {
                {"regions.1.velocity=[1,0,0]", "regions.1.velocity is [1, 0, 0] there, and not given now"},
                {"regions.1.where.inside=x||y", "regions.1.where.inside is x||y there, and not given now"},
                {"boundaries.x=open", "boundaries.x is open there, and reflecting now"},
+               {"boundaries.x={kind: open}", "boundaries.x is open there, and reflecting now"},
                {"energy={energy: 1}", "energy.energy is 1 there, and not given now"}};
   struct kith_scene *s;
   CHECK_OK(read_text(&s, sod, NULL));
