@@ -26,11 +26,15 @@ static double volume(const struct measure *m, kith_index i) {
   return m->nodes->mass[i] / m->nodes->density[i];
 }
 
-static bool inside(const struct measure *m, kith_index i) {
+bool kith_window_has(const struct kith_window *w, const struct kith_exact_ops *ops, const double *center,
+                     const double *x) {
   static const double origin[NDIM];
-  const struct kith_window *w = m->window;
-  const double *x = place(m, i), r = kith_exact_place(m->ops, m->center != NULL ? m->center : origin, x);
+  const double r = kith_exact_place(ops, center != NULL ? center : origin, x);
   return w->x[0] <= x[0] && x[0] <= w->x[1] && w->r[0] <= r && r <= w->r[1];
+}
+
+static bool inside(const struct measure *m, kith_index i) {
+  return kith_window_has(m->window, m->ops, m->center, place(m, i));
 }
 
 /* Where node i stands on the line along which the solution varies, and its speed along that, or around. */
@@ -244,6 +248,7 @@ static void find_shock(const struct measure *m, struct bins *bins, double width,
   double below, above, peak = -INFINITY;
   const double low = density_beside(m, -1e-6 * width, &below), high = density_beside(m, 1e-6 * width, &above);
   const int out = high < low ? 1 : -1;
+  norms->shock_side = m->ops->star != NULL ? out : 0;
   const double ahead = out > 0 ? above : -below, behind = out > 0 ? below : -above;
   for (int k = 0; k < BINS; ++k)
     if (bins->sum[k][VOLUME] > 0) peak = KITH_MAX(peak, out * bin_speed(bins, k));
@@ -327,29 +332,45 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
   return status;
 }
 
+struct differences {
+  struct kith_sum of[3], both[3]; /* of the density, the speed and the energy: differences, sums of both */
+};
+
+static void add_difference(struct differences *d, const struct measure *m, kith_index i) {
+  const struct kith_profile_view *n = m->nodes;
+  struct kith_exact_state exact;
+  m->ops->state(m->solution, place(m, i), 0, &exact);
+  const double own_speed = speed(m, i, &n->velocity[(size_t)i * NDIM]),
+               own[] = {n->density[i], own_speed, n->energy[i]},
+               other[] = {exact.density, speed(m, i, exact.velocity), exact.energy};
+  for (int q = 0; q < 3; ++q) {
+    const double squares = q == 2 ? own_speed * own_speed : 0;
+    kith_sum_add(&d->of[q], volume(m, i) * fabs(own[q] - other[q]));
+    kith_sum_add(&d->both[q], volume(m, i) * (fabs(own[q]) + fabs(other[q]) + squares));
+  }
+}
+
 double kith_norms_mismatch(const char **name, const struct kith_exact_ops *ops, const void *solution,
                            bool blast, const struct kith_window *window,
                            const struct kith_profile_view *nodes) {
   static const char *const names[] = {"density", "speed", "energy"};
   const struct measure m = {ops, solution, 0, 0, kith_exact_center(ops, solution), window, nodes};
-  struct kith_sum sum[2][3] = {{{{0}, 0}}}; /* differences, and sums of both */
+  struct differences all = {0};
   double most = 0;
-  for (kith_index i = 0; i < nodes->n; ++i) {
-    if (!inside(&m, i)) continue;
-    struct kith_exact_state exact;
-    ops->state(solution, place(&m, i), 0, &exact);
-    const double own_speed = speed(&m, i, &nodes->velocity[(size_t)i * NDIM]),
-                 exact_speed = speed(&m, i, exact.velocity), squares = own_speed * own_speed;
-    const double own[] = {nodes->density[i], own_speed, nodes->energy[i]},
-                 other[] = {exact.density, exact_speed, exact.energy};
-    for (int q = 0; q < (blast ? 2 : 3); ++q) {
-      kith_sum_add(&sum[0][q], volume(&m, i) * fabs(own[q] - other[q]));
-      kith_sum_add(&sum[1][q], volume(&m, i) * (fabs(own[q]) + fabs(other[q]) + (q == 2 ? squares : 0)));
-    }
+#pragma omp parallel
+  {
+    struct differences own = {0};
+#pragma omp for schedule(static)
+    for (kith_index i = 0; i < nodes->n; ++i)
+      if (inside(&m, i)) add_difference(&own, &m, i);
+#pragma omp critical(norms)
+    for (int q = 0; q < 3; ++q)
+      kith_sum_join(&all.of[q], &own.of[q]), kith_sum_join(&all.both[q], &own.both[q]);
   }
-  kith_sum_ranks(nodes->ranks, &sum[0][0], 6);
-  for (int q = 0; q < 3; ++q) {
-    const double both = kith_sum_value(&sum[1][q]), part = both > 0 ? kith_sum_value(&sum[0][q]) / both : 0;
+  kith_sum_ranks(nodes->ranks, all.of, 3);
+  kith_sum_ranks(nodes->ranks, all.both, 3);
+  for (int q = 0; q < (blast ? 2 : 3); ++q) {
+    const double both = kith_sum_value(&all.both[q]), part = both > 0 ? kith_sum_value(&all.of[q]) / both : 0;
     if (part > most) most = part, *name = names[q];
   }
   return most;

@@ -20,6 +20,9 @@ struct kith_window {
   double x[2], r[2];
 };
 #define KITH_WINDOW_ALL ((struct kith_window){{-INFINITY, INFINITY}, {0, INFINITY}})
+/* Is x in the window of a solution with this center (kith_exact_center)? */
+bool kith_window_has(const struct kith_window *window, const struct kith_exact_ops *ops, const double *center,
+                     const double *x);
 
 struct kith_norm {
   double l1, l2, linf;
@@ -33,6 +36,7 @@ struct kith_norms {
   double contact_pressure_error;
   double shock_radius; /* measured, see below; 0 if the solution has no shock or the nodes show none */
   double shock_exact;  /* the exact one; 0 if there is none */
+  int shock_side; /* of a Riemann problem, which may have two: 1 the right-going one, -1 the left-going one */
   double shock_swept; /* the same by the mass that was overrun, see below; 0 for solutions without a center */
   bool shock_outside; /* the exact shock is outside of the window: the norms do not see it */
   /* How far the measured shock is ahead of the exact one, in spacings of the undisturbed gas, (mean mass /

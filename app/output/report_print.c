@@ -22,6 +22,7 @@ static void print_run(const struct kith_report *r, FILE *f) {
 static void print_norms(const struct kith_norms *n, FILE *f) {
   static const char *const names[] = {"density", "velocity", "pressure", "energy", "azimuthal"};
   const struct kith_norm norm[] = {n->density, n->velocity, n->pressure, n->energy, n->speed};
+  const char *side = n->shock_side == 0 ? "" : n->shock_side > 0 ? "right-going " : "left-going ";
   if (n->nodes == 0) {
     fprintf(f, "\n  against exact: no node is in exact.window\n");
     return;
@@ -30,11 +31,11 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
           (int64_t)n->nodes);
   for (int k = 0; k < (n->vortex ? 5 : 4); ++k)
     fprintf(f, "    %-16s %13.4e %12.4e %12.4e\n", names[k], norm[k].l1, norm[k].l2, norm[k].linf);
-  if (n->shock_exact > 0 && n->shock_radius <= 0)
-    fprintf(f, "    no shock found, exact %.5g\n", n->shock_exact);
-  if (n->shock_exact > 0 && n->shock_radius > 0)
-    fprintf(f, "    shock at %.5g, exact %.5g (%+.2f %%, %+.2f spacings)\n", n->shock_radius, n->shock_exact,
-            100 * (n->shock_radius / n->shock_exact - 1), n->shock_offset);
+  if (n->shock_exact != 0 && n->shock_radius == 0)
+    fprintf(f, "    no %sshock found, exact %.5g\n", side, n->shock_exact);
+  if (n->shock_exact != 0 && n->shock_radius != 0)
+    fprintf(f, "    %sshock at %.5g, exact %.5g (%+.2f %%, %+.2f spacings)\n", side, n->shock_radius,
+            n->shock_exact, 100 * (n->shock_radius / n->shock_exact - 1), n->shock_offset);
   if (n->shock_swept > 0)
     fprintf(f, "    shock by the mass overrun %.5g (%+.2f %%)\n", n->shock_swept,
             100 * (n->shock_swept / n->shock_exact - 1));

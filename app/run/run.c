@@ -190,7 +190,8 @@ static kith_status copy_gas(struct run *run) {
  * out, and nodes that have left the box since lists were made, which may last, are put back. */
 static kith_status choose_gas(struct run *run) {
   const struct kith_simulation *m = run->simulation;
-  if (m->nodes->flag == NULL && !kith_rebuilds_lasting(&m->rebuilds)) return KITH_OK;
+  const bool moved = m->integrator.step > 0 && kith_rebuilds_lasting(&m->rebuilds);
+  if (m->nodes->flag == NULL && !moved) return KITH_OK;
   return kith_ranks_allreduce_status(run->ranks, copy_gas(run));
 }
 
@@ -243,6 +244,7 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
                                  .nodes = view_of(run),
                                  .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
                                  .solution = run->exact,
+                                 .window = &run->scene->exact.window,
                                  .norms = norms};
   if (kith_plot_write(&plot, run->output.directory) != KITH_OK && speaks(run))
     fprintf(stderr, "kith: warning: %s\n", kith_failure());

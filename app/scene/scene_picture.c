@@ -15,7 +15,9 @@ const struct kith_param kith_picture_params[] = {
     {"kind", KITH_PARAM_CHOICE, "auto", KITH_PICTURE_KINDS(KITH_AS_LISTED_CHOICE),
      "auto: curves beside an exact solution, maps without one, both about a center", IN(kind)},
     {"field", KITH_PARAM_OTHER, "", KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE),
-     "one or a list of up to 8; FIELD-error: its difference from the exact solution", .params = NULL},
+     "one or a list of up to 8; FIELD-error: its difference from the exact solution; maps show it "
+     "in exact.window",
+     .params = NULL},
     {"plane", KITH_PARAM_MAP, "", "",
      "plane of a slice, or line of sight of a map; none: z, through the center or the middle",
      KITH_BELOW(plane_params, MAP)},

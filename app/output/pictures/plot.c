@@ -225,6 +225,13 @@ static void choose_plane(struct picture *f) {
   f->plane = kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);
 }
 
+/* Errors are shown where they count: in the window of the exact solution. */
+static bool is_shown(const struct picture *f, const struct panel *panel, kith_index i) {
+  const struct kith_plot *p = f->plot;
+  return !panel->error || kith_window_has(p->window, p->exact, kith_exact_center(p->exact, p->solution),
+                                          p->nodes.position + (size_t)i * NDIM);
+}
+
 static kith_status collect_pixels(struct picture *f, int k) {
   const struct kith_profile_view *nodes = &f->plot->nodes;
   double *of = NULL;
@@ -232,7 +239,8 @@ static kith_status collect_pixels(struct picture *f, int k) {
   if (status == KITH_OK)
     status = kith_resize(&f->pixels[k], 0, (size_t)f->plane.pixels[0] * (size_t)f->plane.pixels[1],
                          sizeof *f->pixels[k]);
-  for (kith_index i = 0; i < nodes->n && status == KITH_OK; ++i) of[i] = value_of(f, &f->panel[k], i);
+  for (kith_index i = 0; i < nodes->n && status == KITH_OK; ++i)
+    of[i] = is_shown(f, &f->panel[k], i) ? value_of(f, &f->panel[k], i) : NAN;
   status = kith_ranks_allreduce_status(nodes->ranks, status);
   if (status == KITH_OK) status = kith_map_draw(&f->plane, nodes, of, f->pixels[k]);
   kith_free(&of);

@@ -25,7 +25,8 @@ struct kith_plot {
   struct kith_profile_view nodes;
   const struct kith_exact_ops *exact; /* NULL: no exact solution */
   const void *solution;
-  const struct kith_norms *norms; /* NULL: not shown */
+  const struct kith_window *window; /* maps of errors show the nodes in it */
+  const struct kith_norms *norms;   /* NULL: not shown */
 };
 
 /* Writes the data and the script, and runs gnuplot. BAD_FILE: a file that cannot be written. */
