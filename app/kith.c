@@ -17,7 +17,8 @@
 static enum kith_exit (*const act[KITH_N_VERBS])(const struct kith_options *) = {KITH_STUDY_VERBS(X)};
 
 /* Copies a scene that is given as a pipe into memory, since a pipe can be read once and a scene is read
- * twice. The path of the copy replaces the word of the command line. */
+ * twice. The copy takes the place of the descriptor that the word of the command line names, so that messages
+ * have this word; of a pipe with a name of its own, the path of the copy replaces the word. */
 static kith_status keep_pipe(struct kith_options *options, char path[64]) {
   enum { PIECE = 1 << 16 };
   static char piece[PIECE];
@@ -32,6 +33,9 @@ static kith_status keep_pipe(struct kith_options *options, char path[64]) {
     continue;
   if (from < 0 || to < 0 || n != 0) KITH_FAIL(BAD_INPUT, "%s: cannot be read", options->subject);
   close(from);
+  int named = strcmp(options->subject, "/dev/stdin") == 0 ? STDIN_FILENO : -1;
+  sscanf(options->subject, "/dev/fd/%d", &named);
+  if (named >= 0 && dup2(to, named) == named) return KITH_OK;
   snprintf(path, 64, "/proc/self/fd/%d", to);
   for (char **word = options->arguments + 1; *word != NULL; ++word)
     if (*word == options->subject) *word = path;

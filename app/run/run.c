@@ -36,7 +36,6 @@ struct run {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  void *exact;            /* solution; NULL: the scene has none */
   struct kith_nodes *gas; /* copy of this rank's nodes that are compared; NULL: all are */
   struct kith_output output;
   struct kith_conservation_baseline baseline;
@@ -96,9 +95,7 @@ static kith_status read_scene(struct run *run) {
   const struct kith_options *o = run->options;
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
   run->until = o->until >= 0 ? o->until : run->scene->until;
-  KITH_TRY(kith_scene_lasts(run->scene, run->until));
-  if (run->scene->exact.ops == NULL) return KITH_OK;
-  return kith_exact_create(&run->exact, run->scene->exact.ops, run->scene->exact.settings);
+  return kith_scene_lasts(run->scene, run->until);
 }
 
 /* Checks that the end that a restart is asked for is not before its checkpoint. */
@@ -202,11 +199,11 @@ static const double tolerated_mismatch = 0.01; /* 2 % of the mean of both */
 static kith_status compare_start(struct run *run) {
   const struct kith_scene *scene = run->scene;
   const char *name = "";
-  if (run->exact == NULL) return KITH_OK;
+  if (scene->exact.ops == NULL) return KITH_OK;
   KITH_TRY(choose_gas(run));
   const struct kith_profile_view view = view_of(run);
-  const double part = kith_norms_mismatch(&name, scene->exact.ops, run->exact, scene->n_deposits > 0,
-                                          &scene->exact.window, &view);
+  const double part = kith_norms_mismatch(&name, scene->exact.ops, scene->exact.solution,
+                                          scene->n_deposits > 0, &scene->exact.window, &view);
   kith_nodes_destroy(&run->gas);
   if (part > tolerated_mismatch && speaks(run))
     fprintf(stderr, "kith: warning: exact: the scene does not start as %s does: the %s differs by %.3g %%\n",
@@ -242,8 +239,8 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
                                  .time = run->simulation->integrator.time,
                                  .resolution = run->scene->resolution,
                                  .nodes = view_of(run),
-                                 .exact = run->exact != NULL ? run->scene->exact.ops : NULL,
-                                 .solution = run->exact,
+                                 .exact = run->scene->exact.ops,
+                                 .solution = run->scene->exact.solution,
                                  .window = &run->scene->exact.window,
                                  .norms = norms};
   if (kith_plot_write(&plot, run->output.directory) != KITH_OK && speaks(run))
@@ -257,7 +254,7 @@ static kith_status draw_tables(struct run *run) {
                               run->baseline.measure[run->output.growth.measure]));
   if (run->scene->n_probes == 0) return KITH_OK;
   KITH_TRY(kith_probes_publish(run->output.probes));
-  return kith_probes_draw(run->scene, run->exact, run->output.directory);
+  return kith_probes_draw(run->scene, run->scene->exact.solution, run->output.directory);
 }
 
 /* Writes a snapshot, and the picture of it, if every one is to have one. */
@@ -419,16 +416,16 @@ static kith_status write_state(struct run *run) {
   if (run->scene->output.checkpoint_at_end || run->stopped) KITH_TRY(save(run));
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(write_snapshot(run));
-  const bool compared = run->exact != NULL || run->scene->output.plot || measures(run->scene);
+  const bool compared = run->scene->exact.ops != NULL || run->scene->output.plot || measures(run->scene);
   return compared ? choose_gas(run) : KITH_OK;
 }
 
 static kith_status compare(const struct run *run, struct kith_report *report) {
   const struct kith_profile_view view = view_of(run);
-  report->compared = run->exact != NULL;
+  report->compared = run->scene->exact.ops != NULL;
   if (report->compared)
-    KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->exact, report->time,
-                                &run->scene->exact.window, &view));
+    KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->scene->exact.solution,
+                                report->time, &run->scene->exact.window, &view));
   measure(run, run->baseline.measure, report->measure);
   return KITH_OK;
 }
@@ -551,7 +548,6 @@ enum kith_exit kith_run(const struct kith_options *options) {
   }
   kith_report_clear(&run.report);
   kith_free(&run.provenance.command);
-  kith_free(&run.exact);
   kith_nodes_destroy(&run.gas);
   kith_simulation_destroy(&run.simulation);
   kith_profile_destroy(&run.profile);

@@ -353,6 +353,7 @@ void kith_scene_destroy(struct kith_scene **scene) {
   kith_free(&(*scene)->contact);
   kith_params_clear(scene_params, *scene);
   kith_free(&(*scene)->exact.settings);
+  kith_free(&(*scene)->exact.solution);
   for (int k = 0; k < (*scene)->n_added; ++k) kith_free(&(*scene)->added[k].settings);
   kith_scene_boundaries_clear(*scene);
   for (int m = 0; m < (*scene)->n_materials; ++m) kith_free(&(*scene)->material[m].settings);

@@ -196,6 +196,7 @@ struct kith_scene {
   struct {
     const struct kith_exact_ops *ops; /* NULL: no exact solution */
     const void *settings;             /* owned */
+    void *solution;                   /* owned: made with them */
     struct kith_window window;
   } exact;
   struct {

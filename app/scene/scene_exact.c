@@ -79,10 +79,7 @@ kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_
   scene->exact.window = KITH_WINDOW_ALL;
   const struct kith_config_node *window = kith_config_child(node, "window");
   if (window != NULL) KITH_TRY(kith_params_read(window_params, window, &scene->exact.window));
-  /* Creates the solution once, so that settings which it refuses are found before anything runs. */
-  void *solution = NULL;
-  if (kith_exact_create(&solution, scene->exact.ops, scene->exact.settings) != KITH_OK)
+  if (kith_exact_create(&scene->exact.solution, scene->exact.ops, scene->exact.settings) != KITH_OK)
     return kith_config_fail(node, NULL, "%s", kith_failure());
-  kith_free(&solution);
   return KITH_OK;
 }

@@ -230,6 +230,7 @@ printf 'base: tiny.yaml\nmethod: {kernel: cubic}\nmethod.kernel: wendland-c4\n' 
 refused "wrong.yaml:3: method.kernel: would replace what line 2 says" "$kith" run wrong.yaml
 printf 'until: 1\nuntil: 2\n' >wrong.yaml
 refused "wrong.yaml:2: until: " "$kith" run wrong.yaml
+refused "kith: /dev/stdin:2: until: " bash -c 'cat wrong.yaml | "$1" run /dev/stdin' - "$kith"
 : >wrong.yaml
 refused "wrong.yaml:1: the scene is empty" "$kith" run wrong.yaml
 printf '\177ELF\002\001\001\000\000' >wrong.yaml

@@ -135,15 +135,16 @@ static kith_status update(struct flow *f, double dt) {
   return KITH_OK;
 }
 
-/* Advances to `time`. DIVERGED if a volume or a pressure is not positive, BAD_INPUT after too many steps. */
-static kith_status run(struct flow *f, double time) {
+/* Advances to `time`. DIVERGED if a volume or a pressure is not positive, BAD_INPUT as soon as steps like the
+ * present one would be too many until `end`. */
+static kith_status run(struct flow *f, double time, double end) {
   while (f->time < time) {
-    if (++f->steps > MOST_STEPS)
-      KITH_FAIL(BAD_INPUT, "end_time: the reference solution takes more than %d steps until %g", MOST_STEPS,
-                time);
     slopes(f);
     double rate = 0;
     for (int i = 0; i < f->n; ++i) rate = KITH_MAX(rate, f->cell[i].impedance / f->cell[i].mass);
+    if (++f->steps + (end - f->time) * rate / courant > MOST_STEPS)
+      KITH_FAIL(BAD_INPUT, "end_time: the reference solution takes more than %d steps until %g", MOST_STEPS,
+                end);
     const double left = time - f->time, dt = KITH_MIN(courant / rate, left);
     fluxes(f, dt);
     KITH_TRY(update(f, dt));
@@ -208,7 +209,7 @@ static kith_status keep(void **self, const struct settings *p, int n_slabs, cons
   struct kept_flow *b = *self;
   if (status == KITH_OK) b->settings = *p, b->n = flow->n;
   for (int k = 0; status == KITH_OK && k <= KEPT; ++k) {
-    status = run(flow, k < KEPT ? p->end_time * k / KEPT : p->end_time);
+    status = run(flow, k < KEPT ? p->end_time * k / KEPT : p->end_time, p->end_time);
     memcpy(b->cell + (size_t)k * ((size_t)b->n + 1), flow->cell, row);
   }
   kith_free(&flow);
