@@ -137,18 +137,24 @@ kith_status kith_bounds_find(const struct kith_candidates *candidates, const str
 
 /* --- candidates near cells --- */
 
+/* `whole`: bounds of all cells, which spare most nodes the test against each cell. */
 static void mark_group(const struct kith_candidates *c, const struct kith_nodes *nodes, int g,
-                       const struct kith_bounds *cell, int n, double factor) {
+                       const struct kith_bounds *whole, const struct kith_bounds *cell, int n,
+                       double factor) {
   const kith_index begin = g * GROUP_SIZE, end = KITH_MIN(c->n, begin + GROUP_SIZE);
-  kith_index left = 0; /* nodes that are not marked yet */
+  kith_index open[GROUP_SIZE]; /* nodes that may be near a cell, and are not marked yet */
+  int left = 0;
   c->hit[g] = 0;
-  for (kith_index i = begin; i < end; ++i) left += c->mark[i] == 0;
+  if (!is_near(c, &c->group[g], whole, factor)) return;
+  for (kith_index i = begin; i < end; ++i) {
+    const struct kith_bounds node = bounds_of(nodes, i);
+    if (c->mark[i] == 0 && is_near(c, &node, whole, factor)) open[left++] = i;
+  }
   for (int k = 0; k < n && left > 0; ++k) {
     if (!is_near(c, &c->group[g], &cell[k], factor)) continue;
-    for (kith_index i = begin; i < end; ++i) {
-      if (c->mark[i] != 0) continue;
-      const struct kith_bounds node = bounds_of(nodes, i);
-      if (is_near(c, &node, &cell[k], factor)) c->mark[i] = 2, c->hit[g] = 1, --left;
+    for (int m = left - 1; m >= 0; --m) {
+      const struct kith_bounds node = bounds_of(nodes, open[m]);
+      if (is_near(c, &node, &cell[k], factor)) c->mark[open[m]] = 2, c->hit[g] = 1, open[m] = open[--left];
     }
   }
 }
@@ -190,8 +196,7 @@ kith_status kith_candidates_near(struct kith_candidates *c, const struct kith_no
   *n_send = 0;
   if (near == 0) return KITH_OK;
 #pragma omp parallel for schedule(dynamic, 16) if (c->groups > 64)
-  for (int g = 0; g < c->groups; ++g)
-    mark_group(c, nodes, g, cell, is_near(c, &c->group[g], &whole, factor) ? near : 0, factor);
+  for (int g = 0; g < c->groups; ++g) mark_group(c, nodes, g, &whole, cell, near, factor);
   return collect(c, nodes, send, n_send, count);
 }
 
