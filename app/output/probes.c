@@ -101,6 +101,7 @@ static kith_status make_set(const struct kith_probes *p, struct set *s, const st
   const struct kith_simulation *m = p->simulation;
   s->probe = probe;
   KITH_TRY(make_points(s));
+  if (m->nodes->stretched != NULL) KITH_TRY(kith_nodes_stretch(s->points, m->nodes->stretch));
   const size_t n = (size_t)s->points->n_internal;
   s->series = (struct kith_series){.name = probe->name,
                                    .n = n,
@@ -217,7 +218,7 @@ kith_status kith_probes_destroy(struct kith_probes **probes) {
 
 /* --- the sums of a point --- */
 
-/* How far nodes reach: [0] the widest support, [1 + b] how far a node is outside of face b, at most. */
+/* How far nodes reach: [0] the widest support along its longest axis, [1 + b] how far a node is outside of face b, at most. */
 static void measure_reach(const struct kith_probes *p, double reach[1 + KITH_MAX_BOUNDARIES]) {
   const struct kith_nodes *nodes = p->simulation->nodes;
   memset(reach, 0, (1 + KITH_MAX_BOUNDARIES) * sizeof *reach);
@@ -230,6 +231,7 @@ static void measure_reach(const struct kith_probes *p, double reach[1 + KITH_MAX
       if (face->at_upper) reach[1 + b] = KITH_MAX(reach[1 + b], x - face->upper);
     }
   }
+  reach[0] *= nodes->longest;
   kith_ranks_max(nodes->ranks, reach, 1 + p->faces.n);
 }
 
@@ -273,10 +275,11 @@ static void add_node(const struct kith_probes *p, const struct set *s, kith_inde
   const double *x = m->nodes->position->f64 + (size_t)j * NDIM, *v = hydro->velocity->f64 + (size_t)j * NDIM,
                *y = s->points->position->f64 + (size_t)g * NDIM, *sign = s->mirror->f64 + (size_t)g * NDIM,
                *moves = s->velocity->f64 + (size_t)g * NDIM;
-  const double h = m->nodes->support->f64[j], r = sqrt(kith_distance2(x, y));
-  double term[TERMS] = {1}, weight, slope,
+  const double h = m->nodes->support->f64[j];
+  double d[NDIM], term[TERMS] = {1}, weight, slope,
          value[VALUES] = {hydro->density->f64[j], hydro->pressure->f64[j], hydro->energy->f64[j]};
-  kith_kernel_value(m->package.kernel, r / h, &weight, &slope);
+  for (int a = 0; a < NDIM; ++a) d[a] = (x[a] - y[a]) / m->nodes->stretch[a];
+  kith_kernel_value(m->package.kernel, kith_norm(d) / h, &weight, &slope);
   weight *= hydro->mass->f64[j] / (hydro->density->f64[j] * kith_pow_dim(h));
   for (int a = 0; a < NDIM; ++a) {
     term[1 + a] = sign[a] * (x[a] - y[a]) / scale;

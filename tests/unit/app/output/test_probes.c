@@ -241,7 +241,7 @@ static void oracle_at(const struct scenario *s, const double *x, int component, 
             if (a == 1 && image[a] != 0) y = (image[a] > 0 ? 2 : 0) - own;
             if (a == 1 && image[a] != 0 && component == 1) v = -v;
             term[1 + a] = y - x[a];
-            r2 += term[1 + a] * term[1 + a];
+            r2 += pow(term[1 + a] / h->nodes->stretch[a], 2);
           }
           const double support = h->nodes->support->f64[j];
           if (!(r2 < support * support)) continue;
@@ -256,10 +256,11 @@ static void oracle_at(const struct scenario *s, const double *x, int component, 
   for (int k = 0; k <= NDIM; ++k) out[k] = m[k][NDIM + 1];
 }
 
-static void check_images(void) {
+static void check_images(const char *stretch) {
   struct scenario s = {0};
   struct kith_probes *probes;
-  if (scenario_open(&s, box, "boundaries.x=periodic boundaries.y=reflecting boundaries.z=periodic")) {
+  if (scenario_open(&s, box, "boundaries.x=periodic boundaries.y=reflecting boundaries.z=periodic%s",
+                    stretch)) {
     CHECK_OK(scenario_start(&s));
     CHECK_OK(scenario_steps(&s, 2));
     for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i)
@@ -427,7 +428,8 @@ int main(void) {
   check_linear("csr");
   check_linear("compressed");
   check_pictures();
-  check_images();
+  check_images("");
+  check_images(" method.stretch=[1.5,1,1.2]");
   check_series();
   check_sparse();
   check_contacts("connectivity.storage=padded");
