@@ -72,12 +72,13 @@ struct kith_kick {
 
 /* What a package can and cannot do with its settings, for checks of a scene. */
 struct kith_package_traits {
-  bool recomputes;       /* one pass before the forces: a ghost with a row can compute its own values */
-  bool swings;           /* light nodes beside heavy ones swing faster than sound tells (sph.c) */
-  const char *history;   /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
-  const char *all_rows;  /* what needs the rows of all nodes at once, so no block steps; NULL: nothing */
-  const char *uncoupled; /* what acts beyond the pairs that have f_couple; NULL: nothing */
-  const char *cheaper;   /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
+  bool recomputes;        /* one pass before the forces: a ghost with a row can compute its own values */
+  bool swings;            /* light nodes beside heavy ones swing faster than sound tells (sph.c) */
+  const char *history;    /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
+  const char *all_rows;   /* what needs the rows of all nodes at once, so no block steps; NULL: nothing */
+  const char *uncoupled;  /* what acts beyond the pairs that have f_couple; NULL: nothing */
+  const char *no_between; /* parameter that leaves no intersections of supports; NULL: none does */
+  const char *cheaper;    /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };
 
 struct kith_package_ops {

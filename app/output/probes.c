@@ -277,7 +277,7 @@ static void add_node(const struct kith_probes *p, const struct set *s, kith_inde
                *moves = s->velocity->f64 + (size_t)g * NDIM;
   const double h = m->nodes->support->f64[j];
   double d[NDIM], term[TERMS] = {1}, weight, slope,
-         value[VALUES] = {hydro->density->f64[j], hydro->pressure->f64[j], hydro->energy->f64[j]};
+                  value[VALUES] = {hydro->density->f64[j], hydro->pressure->f64[j], hydro->energy->f64[j]};
   for (int a = 0; a < NDIM; ++a) d[a] = (x[a] - y[a]) / m->nodes->stretch[a];
   kith_kernel_value(m->package.kernel, kith_norm(d) / h, &weight, &slope);
   weight *= hydro->mass->f64[j] / (hydro->density->f64[j] * kith_pow_dim(h));

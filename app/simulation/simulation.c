@@ -165,13 +165,20 @@ static kith_status check_combination(const struct kith_simulation *m) {
   const struct kith_package_traits package = kith_package_traits(package_of(s), s->method.package.settings);
   const bool blocks = kith_scheme_has_blocks(scheme, s->scheme.member.settings);
   const bool recompute = s->partition.recompute; /* ghosts compute their own values between the passes */
-  bool piston = false, passes = false;
+  char no_between[64];
+  snprintf(no_between, sizeof no_between, "method.%s", package.no_between != NULL ? package.no_between : "");
+  bool piston = false, passes = false, couples = any_region(s, is_coupled);
+  for (int k = 0; k < s->n_added; ++k) couples = couples || kith_added_find(s->added[k].name)->couple != NULL;
   for (int a = 0; a < NDIM; ++a) {
     piston = piston || s->boundary[a].velocity != 0;
     passes = passes || kith_scene_passes(s, a);
   }
   REFUSE_IF(package.uncoupled != NULL && any_region(s, kith_region_damaged), "method",
             "%s reach beyond neighbors, between which porosity and damage act", package.uncoupled);
+  REFUSE_IF(
+      package.no_between != NULL && couples, no_between,
+      "ellipsoids do not tell what is between two nodes, as barriers, porosity and damage require; take "
+      "spheres");
   REFUSE_IF(recompute && !package.recomputes, "partition.ghosts",
             "package %s has two passes before its forces, which would need ghosts of ghosts of ghosts; take "
             "exchange",

@@ -220,11 +220,6 @@ static kith_status sph_create(struct kith_package *package) {
   sph->all_terms = settings->conduction > 0 || settings->pressure_dissipation > 0 || is_stretched(settings) ||
                    settings->density == SPH_DENSITY_NODES;
   sph->full = switched || sph->all_terms;
-  for (const struct kith_package *p = package->next; is_stretched(settings) && p != NULL; p = p->next)
-    if (p->ops->couple != NULL) /* it needs intersections of supports, which ellipsoids do not have */
-      KITH_FAIL(BAD_INPUT,
-                "method.stretch: ellipsoids do not tell what is between two nodes, as barriers, "
-                "porosity and damage require; take spheres");
   if (is_stretched(settings)) KITH_TRY(kith_nodes_stretch(package->hydro->nodes, settings->stretch));
   if (rising) KITH_TRY(kith_nodes_give_ghosts(package->hydro->nodes, package->hydro->acceleration));
   return kith_nodes_fields(package->hydro->nodes, fields);
@@ -324,6 +319,7 @@ static struct kith_package_traits sph_traits(const void *settings) {
       .recomputes = !stretched,
       .swings = ((const struct sph_settings *)settings)->density == SPH_DENSITY_MASSES,
       .all_rows = stretched ? "stretched supports" : NULL,
+      .no_between = stretched ? "stretch" : NULL,
       .history = rising ? "viscosity cullen-dehnen" : NULL};
 }
 

@@ -196,7 +196,7 @@ refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" -
 refused "integrated faces leave the side of a barrier open" "$kith" plan "$2/plate.yaml" \
   --set method.package=mfm --set method.faces=integrated
 for layer in plate layer; do
-  refused "method.stretch: ellipsoids do not tell what is between" "$kith" plan "$2/$layer.yaml" \
+  refused "--set method.stretch: ellipsoids do not tell what is between" "$kith" plan "$2/$layer.yaml" \
     --set 'method.stretch=[1, 2, 1]' --set dimension=2
 done
 refused "--set arrangement: means nothing without two regions" "$kith" plan tiny.yaml \
