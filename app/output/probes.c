@@ -218,7 +218,8 @@ kith_status kith_probes_destroy(struct kith_probes **probes) {
 
 /* --- the sums of a point --- */
 
-/* How far nodes reach: [0] the widest support along its longest axis, [1 + b] how far a node is outside of face b, at most. */
+/* How far nodes reach, at most: [0] by their supports, along the longest axis of these, [1 + b] outside of
+ * face b. */
 static void measure_reach(const struct kith_probes *p, double reach[1 + KITH_MAX_BOUNDARIES]) {
   const struct kith_nodes *nodes = p->simulation->nodes;
   memset(reach, 0, (1 + KITH_MAX_BOUNDARIES) * sizeof *reach);

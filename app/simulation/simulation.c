@@ -13,6 +13,20 @@ static const struct kith_package_ops *package_of(const struct kith_scene *scene)
   return kith_package_find(scene->method.package.name);
 }
 
+/* Turns the message of a package or scheme, "KEY: why", into one with the place of KEY in the scene.
+ * `section`: what KEY belongs to; NULL: KEY is a path from the root. */
+static kith_status refuse_setting(const struct kith_scene *scene, const char *section) {
+  char message[512];
+  snprintf(message, sizeof message, "%s", kith_failure());
+  char *why = strstr(message, ": ");
+  if (why == NULL) return KITH_BAD_INPUT;
+  *why = '\0';
+  const struct kith_config_node *key =
+      section != NULL ? kith_config_child(kith_config_at(scene->config, section), message)
+                      : kith_config_at(scene->config, message);
+  return key != NULL ? kith_config_fail(key, NULL, "%s", why + 2) : KITH_BAD_INPUT;
+}
+
 /* Initializes a package. `next`: the package after it in the list, which is initialized already. */
 static kith_status make_package(struct kith_simulation *m, struct kith_package *p,
                                 const struct kith_package_ops *ops, const void *settings,
@@ -31,7 +45,8 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   if (strcmp(scene->traversal, "gather") == 0) p->traversal = KITH_TRAVERSE_GATHER;
   p->barrier = kith_nodes_field_named(m->nodes, "barrier");
   p->profile = m->profile;
-  return kith_package_init(p);
+  const kith_status status = kith_package_init(p);
+  return status == KITH_BAD_INPUT ? refuse_setting(scene, NULL) : status;
 }
 
 static bool is_coupled(const struct kith_region *region) {
@@ -100,17 +115,6 @@ static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *fro
   return KITH_OK;
 }
 
-/* Turns the message of a scheme, "KEY: why", into one with the place of KEY in the scene. */
-static kith_status refuse_setting(const struct kith_scene *scene) {
-  char message[512];
-  snprintf(message, sizeof message, "%s", kith_failure());
-  char *why = strstr(message, ": ");
-  if (why == NULL) return KITH_BAD_INPUT;
-  *why = '\0';
-  const struct kith_config_node *key = kith_config_child(kith_config_at(scene->config, "scheme"), message);
-  return key != NULL ? kith_config_fail(key, NULL, "%s", why + 2) : KITH_BAD_INPUT;
-}
-
 /* Culling drops ghosts that are in no row of the packages. These rows lack excluded pairs and sleeping nodes,
  * while contacts ask all nodes for all neighbors: then ghosts are kept. */
 static bool culls(const struct kith_simulation *m) {
@@ -146,7 +150,7 @@ static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, b
                                         .id_stride = n_nodes},
                                .reorder_every = scene->connectivity.reorder};
   const kith_status status = kith_integrator_init(&m->integrator);
-  return status == KITH_BAD_INPUT ? refuse_setting(scene) : status;
+  return status == KITH_BAD_INPUT ? refuse_setting(scene, "scheme") : status;
 }
 
 /* Returns the node of a key of the scene, or the root if it is not given. */

@@ -126,7 +126,7 @@ probes=[{name: "a\tb", at: [0, 0, 0]}]|cannot name a group
 probes=[{name: p, at: [0, 0, 0], spacing: 0.1}]|--set probes.0.spacing: means nothing for one point
 scheme.cfl=-1|-1 is out of range [0, 1000]
 scheme.dt=-1|-1 is out of range [0, inf)
-method.neighbors=1|1 is too few for kernel wendland-c2
+method.neighbors=1|--set method.neighbors: 1 is too few for kernel wendland-c2
 connectivity={rebuild: displacement, skin: -0.1}|out of range [0, inf)
 connectivity.cull=maybe|'maybe' is not one of true, false
 output.checkpoint=1.5|not a whole number
@@ -193,7 +193,7 @@ END
 # ---- settings that cannot be used together
 refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
   --set method.faces=integrated
-refused "integrated faces leave the side of a barrier open" "$kith" plan "$2/plate.yaml" \
+refused "--set method.faces: integrated faces leave the side of a barrier open" "$kith" plan "$2/plate.yaml" \
   --set method.package=mfm --set method.faces=integrated
 for layer in plate layer; do
   refused "--set method.stretch: ellipsoids do not tell what is between" "$kith" plan "$2/$layer.yaml" \
@@ -201,7 +201,8 @@ for layer in plate layer; do
 done
 refused "--set arrangement: means nothing without two regions" "$kith" plan tiny.yaml \
   --set arrangement=equal-mass --set regions.1.spacing=0.01
-refused "packages: coupling has nothing to couple" "$kith" plan tiny.yaml --set 'packages=[{name: coupling}]'
+refused "--set packages: coupling has nothing to couple" \
+  "$kith" plan tiny.yaml --set 'packages=[{name: coupling}]'
 refused "coupling is in the list twice" "$kith" plan "$2/layer.yaml" \
   --set 'packages=[{name: coupling}, {name: coupling}]'
 refused "porosity: 1.5 is out of range [0, 1]" "$kith" plan "$2/layer.yaml" --set regions.1.porosity=1.5
