@@ -142,6 +142,19 @@ static void error_relative_to_motion(void) {
   scenario_close(&s);
 }
 
+/* A solid at rest without energy: what rounding makes of it is no error. */
+static void no_error_at_rest(void) {
+  struct scenario s = {0};
+  if (scenario_open(&s, disordered, "materials.water.stiffness=2")) {
+    const struct kith_totals first = {.mass = 2, .momentum_scale = 8},
+                             now = {.mass = 2, .momentum_scale = 8, .kinetic = 1e-30, .internal = 1e-30};
+    struct kith_conservation_baseline baseline = kith_conservation_baseline_of(&first);
+    kith_conservation_baseline_update(&baseline, s.simulation, &now);
+    CHECK(baseline.energy_drift < 1e-14);
+  }
+  scenario_close(&s);
+}
+
 /* Walls and frozen nodes take angular momentum: no error is reported. */
 static void no_angular_error_with_walls(void) {
   static const char *const settings[] = {"boundaries.x=reflecting", "boundaries.x=[open,reflecting]",
@@ -165,6 +178,7 @@ int main(void) {
   uniform_pressure();
   baseline_follows();
   error_relative_to_motion();
+  no_error_at_rest();
   no_angular_error_with_walls();
   return check_failed();
 }
