@@ -171,9 +171,14 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
   KITH_TRY(open_file(p));
   for (int k = 0; k < p->n; ++k) { /* without samples of last states */
     const uint64_t step = m->integrator.step, every = (uint64_t)p->set[k].probe->every;
-    if (kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every) != KITH_OK)
+    const kith_status status = kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every);
+    if (status == KITH_BAD_INPUT)
       KITH_FAIL(BAD_FILE, "%s: damaged, or it has other probes than the scene: move it away, or give -o DIR",
                 p->path);
+    if (status == KITH_BAD_FILE)
+      KITH_FAIL(BAD_FILE, "%s: HDF5 cannot continue it: it is damaged, or memory or the disk is short",
+                p->path);
+    KITH_TRY(status);
   }
   return KITH_OK;
 }

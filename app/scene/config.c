@@ -500,9 +500,8 @@ kith_status kith_config_emit(const struct kith_config_node *root, bool one_line,
   size_t length;
   *text = NULL;
   FILE *file = open_memstream(text, &length);
-  if (file == NULL) KITH_FAIL(NO_MEMORY, "no memory for the effective scene");
-  const bool done = emit(root, one_line, file);
-  if (fclose(file) == 0 && done) return KITH_OK;
+  const bool done = file != NULL && emit(root, one_line, file);
+  if (file != NULL && fclose(file) == 0 && done) return KITH_OK;
   kith_free(text);
-  KITH_FAIL(INTERNAL, "the effective scene cannot be written as YAML");
+  KITH_FAIL(NO_MEMORY, "no memory for the effective scene"); /* what was read can be written */
 }

@@ -89,43 +89,47 @@ static hssize_t samples_of(hid_t group, const struct column *c) {
   return fits ? (hssize_t)size[0] : -1;
 }
 
-/* Samples up to `step`: they ascend. */
+/* The step of sample k. */
+static uint64_t step_of(hid_t steps, hsize_t k) {
+  const hsize_t one = 1;
+  const hid_t space = H5Dget_space(steps), number = H5Screate_simple(1, &one, NULL);
+  uint64_t step = 0;
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, &k, NULL, &one, NULL);
+  H5Dread(steps, H5T_NATIVE_UINT64, number, space, H5P_DEFAULT, &step);
+  H5Sclose(number);
+  H5Sclose(space);
+  return step;
+}
+
+/* Of n samples those up to `step`: they ascend. Few are later, so that each is read by itself. */
 static hsize_t samples_until(hid_t group, hsize_t n, uint64_t step) {
-  uint64_t *steps = NULL;
-  if (n == 0 || kith_resize(&steps, 0, n, sizeof *steps) != KITH_OK) return 0;
-  const hid_t id = H5Dopen2(group, "step", H5P_DEFAULT);
-  H5Dread(id, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, steps);
-  H5Dclose(id);
-  while (n > 0 && steps[n - 1] > step) --n;
-  kith_free(&steps);
+  const hid_t steps = H5Dopen2(group, "step", H5P_DEFAULT);
+  while (n > 0 && step_of(steps, n - 1) > step) --n;
+  H5Dclose(steps);
   return n;
 }
 
-/* Has the group these points, and as many columns? */
-static bool is_of(hid_t group, const struct kith_series *series) {
+/* Has the group these points, and as many columns? points: memory to read them. */
+static bool is_of(hid_t group, const struct kith_series *series, double *points) {
   const struct column c = {.name = "points", .rank = 1, .size = {series->n, 3}};
   H5G_info_t group_info = {0};
-  double *points = NULL;
   H5Gget_info(group, &group_info);
   if (group_info.nlinks != (hsize_t)(1 + FIXED + series->n_columns)) return false;
   if (samples_of(group, &c) != (hssize_t)series->n) return false;
-  if (kith_resize(&points, 0, 3 * series->n, sizeof *points) != KITH_OK) return false;
   const hid_t id = H5Dopen2(group, "points", H5P_DEFAULT);
   H5Dread(id, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, points);
   H5Dclose(id);
-  const bool same = memcmp(points, series->points, 3 * series->n * sizeof *points) == 0;
-  kith_free(&points);
-  return same;
+  return memcmp(points, series->points, 3 * series->n * sizeof *points) == 0;
 }
 
 /* Drops the samples after `step` of all columns. False: the group has other points or columns. */
-static bool cut(hid_t file, const struct kith_series *series, uint64_t step) {
+static bool cut(hid_t file, const struct kith_series *series, uint64_t step, double *points) {
   if (H5Lexists(file, series->name, H5P_DEFAULT) <= 0) return false;
   const hid_t group = H5Gopen2(file, series->name, H5P_DEFAULT);
   struct column c = column_of(series, 1);
   const hssize_t n = samples_of(group, &c);
   const hsize_t kept = n > 0 ? samples_until(group, (hsize_t)n, step) : 0;
-  bool same = n >= 0 && is_of(group, series);
+  bool same = n >= 0 && is_of(group, series, points);
   for (int k = 0; k < FIXED + series->n_columns && same; ++k) {
     c = column_of(series, k);
     same = samples_of(group, &c) >= (hssize_t)kept;
@@ -158,7 +162,8 @@ struct job {
   const char *path;
   const struct kith_series *series;
   int count;
-  bool create, resume;
+  bool create;
+  double *points; /* memory for those of the file, if the series is resumed; else NULL */
   double time;
   uint64_t step;
   const double *const *values;
@@ -168,7 +173,7 @@ struct job {
 static bool carry_out(hid_t file, const struct job *job) {
   bool same = true;
   for (int s = 0; s < job->count && job->create; ++s) create_group(file, &job->series[s]);
-  if (job->resume) same = cut(file, job->series, job->step);
+  if (job->points != NULL) same = cut(file, job->series, job->step, job->points);
   if (job->values == NULL) return same;
   const hid_t group = H5Gopen2(file, job->series->name, H5P_DEFAULT);
   append(group, job->series, 0, &job->time);
@@ -192,12 +197,12 @@ static int work(void *of) {
   const bool same = file < 0 || carry_out(file, job);
   if (file >= 0) H5Fclose(file);
   H5Eset_auto2(H5E_DEFAULT, handler, data);
-  return !same ? OTHER : failures > 0 || file < 0 ? FAILED : DONE;
+  return failures > 0 || file < 0 ? FAILED : same ? DONE : OTHER;
 }
 
 static kith_status with_file(struct job job) {
   const int outcome = kith_child_run(work, &job);
-  if (outcome == OTHER) KITH_FAIL(BAD_FILE, "%s: it has other probes than the scene", job.path);
+  if (outcome == OTHER) KITH_FAIL(BAD_INPUT, "%s: it has other probes than the scene", job.path);
   if (outcome != DONE) KITH_FAIL(BAD_FILE, "%s: HDF5 cannot write it", job.path);
   return KITH_OK;
 }
@@ -207,7 +212,11 @@ kith_status kith_series_create(const char *path, const struct kith_series *serie
 }
 
 kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step) {
-  return with_file((struct job){path, .series = series, .resume = true, .step = step});
+  double *points = NULL;
+  KITH_TRY(kith_resize(&points, 0, 3 * series->n, sizeof *points));
+  const kith_status status = with_file((struct job){path, .series = series, .step = step, .points = points});
+  kith_free(&points);
+  return status;
 }
 
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,

@@ -29,7 +29,7 @@ struct kith_series {
 
 /* A new file, which replaces an old one. BAD_FILE with the path. */
 kith_status kith_series_create(const char *path, const struct kith_series *series, int count);
-/* Goes on with one of them: samples after `step` are dropped. BAD_FILE if it is not in the file. */
+/* Goes on with one of them: samples after `step` are dropped. BAD_INPUT if it is not in the file. */
 kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step);
 /* values[column][n][components]. */
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,

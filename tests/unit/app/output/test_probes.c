@@ -349,6 +349,10 @@ static void check_series(void) {
       CHECK(strstr(kith_failure(), "it has other probes than the scene") != NULL);
       CHECK_OK(kith_probes_destroy(&probes));
     }
+    CHECK(truncate(path_in("probes.h5"), 1000) == 0);
+    CHECK_STATUS(KITH_BAD_FILE, kith_probes_create(&probes, s.simulation, directory, true));
+    CHECK(strstr(kith_failure(), "HDF5 cannot continue it") != NULL);
+    CHECK_OK(kith_probes_destroy(&probes));
     unlink(path_in("probes.h5"));
     CHECK_OK(kith_probes_create(&probes, s.simulation, directory, true));
     CHECK_OK(kith_probes_sample(probes, true));
