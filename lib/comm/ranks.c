@@ -187,12 +187,14 @@ kith_status kith_ranks_create(struct kith_ranks **out) {
 }
 
 kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator) {
-  struct kith_ranks *ranks = NULL;
+  const MPI_Comm all = MPI_Comm_f2c(communicator);
+  int size;
   *out = NULL;
-  KITH_TRY(kith_resize(&ranks, 0, 1, sizeof *ranks));
-  const kith_status status = join(ranks, MPI_Comm_f2c(communicator));
-  *out = ranks;
-  if (status != KITH_OK || ranks->size == 1) kith_ranks_destroy(out);
+  MPI_Comm_size(all, &size);
+  if (size == 1) return KITH_OK;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  const kith_status status = join(*out, all);
+  if (status != KITH_OK) kith_ranks_destroy(out);
   return status;
 }
 

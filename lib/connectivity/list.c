@@ -260,17 +260,15 @@ static void finish_tally(struct kith_ranks *ranks, struct kith_tally *all, struc
   }
 }
 
-kith_status kith_list_visit_all(const struct kith_list *l, kith_list_visit visit, void *context,
-                                struct kith_reducer *reducer, int n) {
-  struct kith_tally all;
+/* Adds up what is found over the targets of this rank. */
+static kith_status visit_targets(const struct kith_list *l, kith_list_visit visit, void *context,
+                                 struct kith_tally *all, int n) {
   bool failed = false;
-  KITH_TRY(kith_list_current(l));
-  begin_tally(&all, reducer, n);
 #pragma omp parallel reduction(|| : failed) if (l->n_targets > KITH_FEW)
   {
     struct kith_tally mine;
     kith_index *space = NULL;
-    begin_tally(&mine, reducer, n);
+    begin_tally(&mine, all->reducer, n);
     failed = kith_resize(&space, 0, l->stored.longest + 1, sizeof *space) != KITH_OK;
 #pragma omp for schedule(dynamic, 64)
     for (kith_index t = 0; t < l->n_targets; ++t) {
@@ -281,13 +279,22 @@ kith_status kith_list_visit_all(const struct kith_list *l, kith_list_visit visit
       visit(context, &neighbors, &mine);
     }
 #pragma omp critical
-    join_tally(&all, &mine, n);
+    join_tally(all, &mine, n);
     kith_free(&space);
   }
-  const struct kith_nodes *nodes = l->spec.sources.nodes;
-  const kith_status status =
-      failed ? kith_fail(KITH_NO_MEMORY, "no memory for a row of %zu", l->stored.longest) : KITH_OK;
-  KITH_TRY(n > 0 ? kith_ranks_allreduce_status(nodes->ranks, status) : status);
-  if (n > 0) finish_tally(nodes->ranks, &all, reducer, n);
+  if (failed) KITH_FAIL(NO_MEMORY, "no memory for a row of %zu", l->stored.longest);
+  return KITH_OK;
+}
+
+kith_status kith_list_visit_all(const struct kith_list *l, kith_list_visit visit, void *context,
+                                struct kith_reducer *reducer, int n) {
+  struct kith_ranks *ranks = l->spec.sources.nodes->ranks;
+  struct kith_tally all;
+  if (n > KITH_MAX_REDUCERS) KITH_FAIL(BAD_INPUT, "%d reducers: at most %d", n, KITH_MAX_REDUCERS);
+  begin_tally(&all, reducer, n);
+  kith_status status = kith_list_current(l);
+  if (status == KITH_OK) status = visit_targets(l, visit, context, &all, n);
+  KITH_TRY(n > 0 ? kith_ranks_allreduce_status(ranks, status) : status);
+  if (n > 0) finish_tally(ranks, &all, reducer, n);
   return KITH_OK;
 }

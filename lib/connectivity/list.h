@@ -100,7 +100,8 @@ static inline void kith_tally_add(struct kith_tally *tally, int k, double value)
  * through a pointer for each pair. */
 typedef void (*kith_list_visit)(void *context, const struct kith_neighbors *neighbors,
                                 struct kith_tally *tally);
-/* n reducers; 0: none, and reducer may be NULL. STALE as kith_list_current. Collective if n > 0. */
+/* n reducers, at most KITH_MAX_REDUCERS; 0: none, and reducer may be NULL. STALE as kith_list_current.
+ * Collective if n > 0: the status is agreed on. */
 kith_status kith_list_visit_all(const struct kith_list *list, kith_list_visit visit, void *context,
                                 struct kith_reducer *reducer, int n);
 

@@ -313,7 +313,7 @@ static void lists_between_materials(void) {
   scenario_close(&s[0]);
 }
 
-/* Lists of all ranks are rebuilt for a reason on one rank. */
+/* Lists of all ranks are rebuilt for a reason on one rank, and stale if one is. */
 static void rebuilds_together(void) {
   struct kith_nodes *nodes = six_boxes(kith_ranks_rank(ranks), kith_ranks_size(ranks));
   struct kith_search *search;
@@ -336,6 +336,9 @@ static void rebuilds_together(void) {
     CHECK_OK(kith_list_update(list, &why));
     CHECK(why == wanted[k] || (kith_ranks_size(ranks) > 6 && k == 2));
   }
+  struct kith_reducer count = {.kind = KITH_COUNT};
+  if (last) ++nodes->ghosts;
+  CHECK_STATUS(KITH_STALE, kith_list_visit_all(list, count_pairs, nodes, &count, 1));
   kith_list_destroy(&list);
   kith_search_destroy(&search);
   kith_nodes_destroy(&nodes);
