@@ -85,12 +85,12 @@ static void stamp(struct kith_search *search) {
 
 kith_status kith_search_update(struct kith_search *search) {
   mark_stale(search);
-  search->n = kith_nodes_count(search->nodes);
-  search->n_internal = search->nodes->n_internal;
-  search->n_groups = 0;
+  search->n = search->n_internal = search->n_groups = 0;
   search->in_order = false;
   memset(search->count, 0, sizeof search->count);
-  KITH_TRY(reserve_slots(search, search->n));
+  KITH_TRY(reserve_slots(search, kith_nodes_count(search->nodes)));
+  search->n = kith_nodes_count(search->nodes);
+  search->n_internal = search->nodes->n_internal;
   place(search);
   KITH_TRY(search->ops->update(search));
   stamp(search);
@@ -244,6 +244,7 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
                            enum kith_search_mode mode, kith_index **found, size_t *capacity,
                            kith_index *count) {
   KITH_TRY(kith_search_fresh(search));
+  if (!(radius >= 0)) KITH_FAIL(BAD_INPUT, "a search radius of %g", radius);
   struct kith_box box;
   double y[NDIM];
   for (int a = 0; a < NDIM; ++a) box.lower[a] = box.upper[a] = y[a] = x[a] / search->nodes->stretch[a];

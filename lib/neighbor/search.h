@@ -145,7 +145,8 @@ kith_status kith_search_create(struct kith_search **out, const struct kith_searc
                                const struct kith_nodes *nodes);
 void kith_search_destroy(struct kith_search **search);
 
-/* Takes in all nodes as they are now: positions and search radii. */
+/* Takes in all nodes as they are now: positions and search radii. They and their squares must be finite, which
+ * is not checked. */
 kith_status kith_search_update(struct kith_search *search);
 /* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
  * were added or removed, or it was never updated; but all ghosts may have gone. A node may be named more than
@@ -164,7 +165,8 @@ int kith_search_next_awake(const struct kith_search *search, int group, int end)
 kith_status kith_search_fresh(const struct kith_search *search);
 
 /* Neighbors of any position (no node needed) with radius `radius`: coarse, then refined by the exact
- * distance test of the mode. Node indices, ascending, into *found, which kith_grow moves. */
+ * distance test of the mode. Node indices, ascending, into *found, which kith_grow moves. BAD_INPUT for a
+ * radius below 0. */
 kith_status kith_search_at(const struct kith_search *search, const double *x, double radius,
                            enum kith_search_mode mode, kith_index **found, size_t *capacity,
                            kith_index *count);

@@ -1,6 +1,7 @@
 /* nodes.c - node lists, fields, growth. Reordering and deletion are in order.c, ghosts in ghosts.c. */
 #include "lib/nodes/nodes.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -102,9 +103,13 @@ void kith_nodes_destroy(struct kith_nodes **nodes) {
   kith_free(nodes);
 }
 
-static bool same_spec(const struct kith_field_spec *a, const struct kith_field_spec *b) {
-  return a->kind == b->kind && a->type == b->type && a->role == b->role &&
-         strcmp(a->output != NULL ? a->output : "", b->output != NULL ? b->output : "") == 0;
+/* Is a field what this specification asks for? One of internal nodes alone may have been given ghosts. */
+static bool fits_spec(const struct kith_field_spec *field, const struct kith_field_spec *spec) {
+  const bool has_ghosts = (field->role == KITH_KEPT && spec->role == KITH_OWN_KEPT) ||
+                          (field->role == KITH_WORK && spec->role == KITH_OWN_WORK);
+  return field->kind == spec->kind && field->type == spec->type &&
+         (field->role == spec->role || has_ghosts) &&
+         strcmp(field->output != NULL ? field->output : "", spec->output != NULL ? spec->output : "") == 0;
 }
 
 static kith_index capacity_of(const struct kith_nodes *nodes, const struct kith_field *field) {
@@ -135,7 +140,7 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
                                    [KITH_POSITION] = NDIM,      [KITH_VELOCITY] = NDIM};
   struct kith_field *field = kith_nodes_field_named(nodes, spec->name);
   if (field != NULL) {
-    if (!same_spec(&field->spec, spec))
+    if (!fits_spec(&field->spec, spec))
       KITH_FAIL(INTERNAL, "field '%s' is registered with another specification", spec->name);
     *out = field;
     return KITH_OK;
@@ -160,9 +165,11 @@ kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_s
 kith_status kith_nodes_stretch(struct kith_nodes *nodes, const double stretch[NDIM]) {
   static const struct kith_field_spec stretched =
       KITH_SPEC(VECTOR, WORK, "stretched", "position in units of the half axes of supports");
+  for (int a = 0; a < NDIM; ++a)
+    if (!(stretch[a] >= 1 && isfinite(stretch[a])))
+      KITH_FAIL(BAD_INPUT, "a half axis of %g supports: at least 1", stretch[a]);
   nodes->longest = nodes->volume = 1;
   for (int a = 0; a < NDIM; ++a) {
-    if (!(stretch[a] >= 1)) KITH_FAIL(BAD_INPUT, "a half axis of %g supports: at least 1", stretch[a]);
     nodes->stretch[a] = stretch[a], nodes->volume *= stretch[a];
     nodes->longest = KITH_MAX(nodes->longest, stretch[a]);
   }

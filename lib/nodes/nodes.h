@@ -155,7 +155,8 @@ static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) {
 }
 
 /* Registers a field, zero for all nodes. INTERNAL if the name is taken with another specification;
- * the same specification again gives the same field. *out is a view: the nodes own it. */
+ * the same specification again gives the same field, also one that was given ghosts. *out is a view: the
+ * nodes own it. */
 kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec,
                              struct kith_field **out);
 /* A field, if it is wanted, and where its view goes. */

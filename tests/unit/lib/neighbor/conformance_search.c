@@ -78,6 +78,7 @@ static void test_cull(const struct kith_search_ops *ops) {
     CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, &moved, 1));
     CHECK_OK(kith_search_update(s));
     check_search(s, 20, true);
+    CHECK_STATUS(KITH_BAD_INPUT, kith_search_at(s, x, -0.5, KITH_GATHER, &found, &capacity, &count));
   }
   kith_free(&found);
   kith_search_destroy(&s);

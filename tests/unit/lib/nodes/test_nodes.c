@@ -337,6 +337,9 @@ static void check_own(void) {
   for (kith_index i = 0; i < 7; ++i) CHECK(own->f64[i] == (double)f.nodes->id->i64[i]);
   CHECK(own->f64[7] == 0 && own->f64[106] == 0);
   CHECK_OK(kith_nodes_give_ghosts(f.nodes, own));
+  struct kith_field *again = NULL;
+  CHECK_OK(kith_nodes_field(f.nodes, &spec, &again));
+  CHECK(again == own);
   kith_index *control = NULL;
   CHECK_OK(kith_resize(&control, 0, 1, sizeof *control));
   *control = 5;
