@@ -145,7 +145,7 @@ kith_status kith_search_create(struct kith_search **out, const struct kith_searc
                                const struct kith_nodes *nodes);
 void kith_search_destroy(struct kith_search **search);
 
-/* Takes in all nodes as they are now: positions and search radii. They and their squares must be finite, which
+/* Takes in all nodes as they are now: positions and search radii. They and their squares must be finite: that
  * is not checked. */
 kith_status kith_search_update(struct kith_search *search);
 /* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
