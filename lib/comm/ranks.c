@@ -148,7 +148,7 @@ static void combine(void *from, void *to, int *count, MPI_Datatype *type) {
     combine_part(in[k + 1], (int)in[k], in + k + 2, out + k + 2);
 }
 
-static kith_status join(struct kith_ranks *ranks, MPI_Comm communicator) {
+static void join(struct kith_ranks *ranks, MPI_Comm communicator) {
   MPI_Comm beside;
   cpu_set_t cores;
   CPU_ZERO(&cores);
@@ -162,8 +162,8 @@ static kith_status join(struct kith_ranks *ranks, MPI_Comm communicator) {
   MPI_Allreduce(MPI_IN_PLACE, &cores, (int)sizeof cores, MPI_BYTE, MPI_BOR, beside);
   ranks->cores = CPU_COUNT(&cores);
   MPI_Comm_free(&beside);
-  KITH_TRY(kith_resize(&ranks->agreement, 0, 1, sizeof *ranks->agreement));
-  return kith_resize(&ranks->request, 0, 2 * (size_t)ranks->size, sizeof *ranks->request);
+  kith_ranks_must(ranks, kith_resize(&ranks->agreement, 0, 1, sizeof *ranks->agreement));
+  kith_ranks_must(ranks, kith_resize(&ranks->request, 0, 2 * (size_t)ranks->size, sizeof *ranks->request));
 }
 
 kith_status kith_ranks_create(struct kith_ranks **out) {
@@ -172,8 +172,8 @@ kith_status kith_ranks_create(struct kith_ranks **out) {
   if (launched == 1) return KITH_OK;
   struct kith_ranks *ranks = NULL;
   KITH_TRY(kith_resize(&ranks, 0, 1, sizeof *ranks));
-  kith_status status = start(ranks);
-  if (status == KITH_OK) status = join(ranks, MPI_COMM_WORLD);
+  const kith_status status = start(ranks);
+  if (status == KITH_OK) join(ranks, MPI_COMM_WORLD);
   *out = ranks;
   const bool alone = status == KITH_OK && ranks->size == 1;
   if (status != KITH_OK || alone) kith_ranks_destroy(out);
@@ -193,9 +193,8 @@ kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator) {
   MPI_Comm_size(all, &size);
   if (size == 1) return KITH_OK;
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
-  const kith_status status = join(*out, all);
-  if (status != KITH_OK) kith_ranks_destroy(out);
-  return status;
+  join(*out, all);
+  return KITH_OK;
 }
 
 kith_status kith_ranks_rehearse(struct kith_ranks **out) {

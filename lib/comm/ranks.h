@@ -24,7 +24,7 @@ int kith_ranks_most(void);
  * processes than were started, or the build is one without MPI. */
 kith_status kith_ranks_create(struct kith_ranks **out);
 /* The processes of a communicator (what MPI_Comm_c2f gives), of a program that starts and ends MPI itself. It
- * is duplicated. NULL for one process. */
+ * is duplicated. NULL for one process. NO_MEMORY is of this rank alone, for which the others wait. */
 kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator);
 /* One rank that plays a run of many, without MPI: its calls are counted, and nothing is sent. */
 kith_status kith_ranks_rehearse(struct kith_ranks **out);
