@@ -22,7 +22,9 @@ check() {
   fi
 }
 
-# ---- the launcher; the name of its tree has a blank, and it is called from another directory
+# ---- the launcher; the name of its tree has a blank, so it builds in the cache; it is called from another
+# directory
+export XDG_CACHE_HOME=$place/cache
 tree="$place/a tree"
 mkdir -p "$tree" "$place/elsewhere"
 cp "$source/kith" "$source/CMakePresets.json" "$tree"
@@ -56,6 +58,8 @@ check 0 "in elsewhere: [test] [--help]" "$kith" test --help
 check 0 "bind close in" env OMP_PROC_BIND=close "$kith" bench
 check 0 "" "$kith" build
 check 2 "no such test" "$kith" test quick
+check 0 "release" ls "$place/cache/kith"/*
+check 2 "build" ls "$tree/build"
 
 # A run or plan of one scene builds the program of its dimension, other verbs build those of all dimensions.
 rm -f "$tree"/built-*
@@ -80,9 +84,14 @@ check 0 "moved or copied: building release again" "$place/copy/kith" list
 # In a source tree that cannot be written, programs are built in the cache. Root can write anywhere.
 if ((EUID != 0)); then
   rm -rf "$place/copy/build" && chmod -R a-w "$place/copy"
-  check 0 "in elsewhere: [list]" env XDG_CACHE_HOME="$place/cache" "$place/copy/kith" list
-  [[ -d $place/cache/kith ]] || { echo "no build in the cache" && failures=$((failures + 1)); }
+  check 0 "in elsewhere: [list]" "$place/copy/kith" list
+  [[ ! -e $place/copy/build ]] || { echo "no build in the cache" && failures=$((failures + 1)); }
   chmod -R u+w "$place/copy"
+  mkdir "$place/copy/build" && chmod a-w "$place/copy/build" # as if another user had built it
+  check 0 "in elsewhere: [list]" "$place/copy/kith" list
+  chmod a-w "$place/cache/kith"/*/release
+  check 2 "cannot be written" "$place/copy/kith" list
+  chmod -R u+w "$place/copy" "$place/cache"
 fi
 rm "$place/moved/program"
 check 1 "building release failed" "$place/moved/kith" list
