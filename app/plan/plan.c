@@ -554,7 +554,9 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
 enum kith_exit kith_plan(const struct kith_options *options) {
   struct plan plan = {0};
   enum kith_exit code = KITH_EXIT_USAGE;
-  if (prepare(&plan, options, &code) == KITH_OK)
+  const kith_status status = prepare(&plan, options, &code);
+  if (status == KITH_NO_MEMORY) code = KITH_EXIT_FAILED;
+  if (status == KITH_OK)
     show(&plan, options, options->until >= 0 ? options->until : plan.scene->until);
   else
     fprintf(stderr, "kith: %s\n", kith_failure());

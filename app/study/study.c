@@ -375,6 +375,7 @@ enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct k
   kith_status status = kith_programs_find(&s.programs);
   if (status == KITH_OK) status = listing ? verb->list(&s) : carry_out(&s, verb, &code);
   if (status == KITH_OK && listing) code = KITH_EXIT_OK;
+  if (status == KITH_NO_MEMORY) code = KITH_EXIT_FAILED;
   if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
   kith_csv_log_close(&s.table);
   if (s.lock > 0) close(s.lock);

@@ -316,7 +316,9 @@ enum kith_exit kith_validate(const struct kith_options *options) {
     list();
     return KITH_EXIT_OK;
   }
-  if (validate(&v, suite, &code) != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
+  const kith_status status = validate(&v, suite, &code);
+  if (status == KITH_NO_MEMORY) code = KITH_EXIT_FAILED;
+  if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
   kith_csv_log_close(&v.table);
   if (v.lock > 0) close(v.lock);
   kith_free(&v.rows);
