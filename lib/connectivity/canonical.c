@@ -69,7 +69,7 @@ static void sort_chunk(void *context, kith_index begin, kith_index end, struct k
 static kith_status sort_rows(const struct kith_rows *rows, const struct kith_nodes *nodes,
                              const uint32_t *rank) {
   struct sort sort = {rows, nodes, rank};
-  return kith_traverse(rows->n, sort_chunk, &sort, 6, (kith_rows_longest(rows) + 1) / 2, NULL, NULL);
+  return kith_traverse(rows->n, sort_chunk, &sort, 6, (kith_rows_longest(rows) + 1) / 2, NULL);
 }
 
 /* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */

@@ -191,14 +191,3 @@ void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
       keep[j - n] = 1;
     }
 }
-
-size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j) {
-  const struct kith_pairs *pairs = &connectivity->pairs;
-  const struct kith_rows *rows = &connectivity->rows;
-  const kith_index low = KITH_MIN(i, j), high = KITH_MAX(i, j);
-  if (!connectivity->built.pairs || low < 0 || low >= rows->n) return pairs->n;
-  if (connectivity->canonical && low >= connectivity->n_internal) return pairs->n;
-  for (size_t e = rows->first[low]; e < rows->first[low + 1]; ++e)
-    if (rows->node[e] == high && kith_row_shift(rows, e) == rows->zero) return pairs->of_row[e];
-  return pairs->n;
-}

@@ -141,7 +141,5 @@ static inline bool kith_pair_starts(const struct kith_connectivity *connectivity
   if (connectivity->canonical) return connectivity->pairs.node[connectivity->pairs.of_row[e]][0] == i;
   return i < j || (i == j && rows->shift[e] > rows->zero);
 }
-/* The pair of i and j, neither displaced, in either order, or pairs.n if there is none. O(row). */
-size_t kith_connectivity_pair(const struct kith_connectivity *connectivity, kith_index i, kith_index j);
 
 #endif

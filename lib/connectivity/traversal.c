@@ -62,6 +62,6 @@ kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_
 }
 
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
-                          uint64_t *count, struct kith_profile *profile) {
-  return kith_traverse_part(n, &(struct kith_part){0}, pass, context, lanes, width, count, profile);
+                          struct kith_profile *profile) {
+  return kith_traverse_part(n, &(struct kith_part){0}, pass, context, lanes, width, NULL, profile);
 }

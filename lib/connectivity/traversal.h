@@ -41,9 +41,9 @@ typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
                                 struct kith_scratch *scratch);
 
 /* Runs `pass` over nodes 0 .. n - 1. Each thread has `lanes` arrays of at least `width` doubles (rounded up).
- * count[4], written, may be NULL. Busy times of the threads go to the present stage of `profile`. */
+ * Busy times of the threads go to the present stage of `profile`. */
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
-                          uint64_t *count, struct kith_profile *profile);
+                          struct kith_profile *profile);
 
 /* A pass over some of the nodes: those that take part in an evaluation, and of these, while messages are
  * under way, those that need no values of other ranks. {0}: all nodes. */
@@ -58,6 +58,7 @@ struct kith_part {
   uint8_t wanted;           /* chunks are run where the largest of these values is `wanted` */
   struct kith_ranks *ranks; /* is reminded of its messages; may be NULL */
 };
+/* count[4], written; NULL: not wanted. */
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
                                void *context, int lanes, size_t width, uint64_t *count,
                                struct kith_profile *profile);

@@ -291,26 +291,23 @@ static kith_status find_holders(struct pass *pass) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   KITH_TRY(kith_rows_sum(&f->holders, kith_rows_zero(rows)));
   KITH_TRY(kith_reserve(&f->value, &f->value_capacity, f->holders.first[n] * KITH_LANES, sizeof *f->value));
-  return kith_traverse(n, holders_chunk_of[f->kernel], pass, 1, 0, NULL, f->profile);
+  return kith_traverse(n, holders_chunk_of[f->kernel], pass, 1, 0, f->profile);
 }
 
 kith_status mfm_faces_integrate(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   struct pass pass = {f, connectivity};
   const kith_index n = connectivity->rows.n;
   kith_status status = kith_rows_reserve(&f->holders, n);
-  if (status == KITH_OK)
-    status = kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, NULL, f->profile);
+  if (status == KITH_OK) status = kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, f->profile);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   refresh_quadrature(&pass);
   status = find_holders(&pass);
   if (status == KITH_OK)
-    status =
-        connectivity->rows.shift == NULL
-            ? kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, NULL, f->profile)
-            : kith_traverse(f->graph.pairs.starts, image_product, &pass, KITH_LANES + 2,
-                            kith_rows_longest(&connectivity->overlap), NULL, f->profile);
-  if (status == KITH_OK)
-    status = kith_traverse(f->nodes->n_internal, stretch_chunk, &pass, 1, 0, NULL, f->profile);
+    status = connectivity->rows.shift == NULL
+                 ? kith_traverse(f->graph.pairs.starts, product, &pass, KITH_LANES, (size_t)n, f->profile)
+                 : kith_traverse(f->graph.pairs.starts, image_product, &pass, KITH_LANES + 2,
+                                 kith_rows_longest(&connectivity->overlap), f->profile);
+  if (status == KITH_OK) status = kith_traverse(f->nodes->n_internal, stretch_chunk, &pass, 1, 0, f->profile);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   stretch(f);
   return KITH_OK;

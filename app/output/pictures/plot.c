@@ -402,7 +402,7 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
   const struct kith_picture *wanted = f->plot->picture;
   const struct kith_map *map = &f->plane;
   const bool chosen = k == 0 && isfinite(wanted->range[0]);
-  char file[64], title[96], labels[2][32];
+  char file[80], title[96], labels[2][32];
   snprintf(file, sizeof file, "%smap_%d.bin", f->prefix, k + 1);
   put_title(title, f, panel);
   if (NDIM == 3 && map->normal >= 0)
