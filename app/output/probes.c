@@ -58,6 +58,7 @@ struct kith_probes {
   char path[640];
   struct kith_atomic_file *file; /* on rank 0: the copy that grows; NULL: as published, or not begun */
   bool published;
+  uint64_t begun; /* step at which the run started, or started again */
 };
 
 /* --- creation --- */
@@ -165,13 +166,13 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
       p->faces.boundary[p->faces.n++] = m->boundaries.boundary[b];
   for (; p->n < m->scene->n_probes; ++p->n) KITH_TRY(make_set(p, &p->set[p->n], &m->scene->probe[p->n]));
   snprintf(p->path, sizeof p->path, "%s/probes.h5", directory);
+  p->begun = m->integrator.step;
   p->published = restarted && access(p->path, F_OK) == 0; /* a restart may write elsewhere */
   /* A new file is made with the first sample: nothing is left behind if another rank fails before it. */
   if (kith_ranks_rank(m->nodes->ranks) != 0 || !p->published) return KITH_OK;
   KITH_TRY(open_file(p));
-  for (int k = 0; k < p->n; ++k) { /* without samples of last states */
-    const uint64_t step = m->integrator.step, every = (uint64_t)p->set[k].probe->every;
-    const kith_status status = kith_series_resume(p->file->temporary, &p->set[k].series, step - step % every);
+  for (int k = 0; k < p->n; ++k) {
+    const kith_status status = kith_series_resume(p->file->temporary, &p->set[k].series, p->begun);
     if (status == KITH_BAD_INPUT)
       KITH_FAIL(BAD_FILE, "%s: damaged, or it has other probes than the scene: move it away, or give -o DIR",
                 p->path);
@@ -406,9 +407,15 @@ static kith_status sample_chunk(struct kith_probes *p, const struct set *s, kith
 
 static kith_status append(struct kith_probes *p, const struct set *s) {
   const struct kith_integrator *it = &p->simulation->integrator;
+  const uint64_t before = p->begun % (uint64_t)s->probe->every;
+  kith_status status = KITH_OK;
   if (p->file == NULL) KITH_TRY(open_file(p));
-  const kith_status status = kith_series_append(p->file->temporary, &s->series, it->time, it->step,
-                                                (const double *const *)s->column);
+  /* What was the last state before a restart is between samples now that the run has gone on. */
+  if (s->sampled == 0 && before > 0)
+    status = kith_series_resume(p->file->temporary, &s->series, p->begun - before);
+  if (status == KITH_OK)
+    status = kith_series_append(p->file->temporary, &s->series, it->time, it->step,
+                                (const double *const *)s->column);
   if (status != KITH_OK) kith_atomic_file_abandon(&p->file);
   return status;
 }
@@ -421,8 +428,10 @@ static kith_status sample(struct kith_probes *p, struct set *s) {
   KITH_TRY(kith_list_update(s->list, &why));
   for (kith_index i = 0; i < s->points->n_internal; i += CHUNK)
     KITH_TRY(sample_chunk(p, s, i, KITH_MIN(i + CHUNK, s->points->n_internal)));
+  const kith_status status =
+      kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? append(p, s) : KITH_OK);
   s->sampled = it->step + 1;
-  return kith_ranks_allreduce_status(ranks, kith_ranks_rank(ranks) == 0 ? append(p, s) : KITH_OK);
+  return status;
 }
 
 kith_status kith_probes_sample(struct kith_probes *p, bool last) {
