@@ -101,14 +101,30 @@ static kith_status apply_settings(struct kith_job *job, const char *sign,
   return set_all(job, "", sign, settings);
 }
 
-/* Applies --set, which must not set what is varied: the key `varied`, if that is not NULL. */
-static kith_status apply_overrides(struct kith_job *job, const struct kith_options *options,
-                                   const char *varied) {
+static kith_status apply_overrides(struct kith_job *job, const struct kith_options *options) {
+  for (int k = 0; k < options->n_overrides; ++k)
+    if (strncmp(options->overrides[k], "dimension=", strlen("dimension=")) != 0)
+      KITH_TRY(kith_job_set(job, options->overrides[k]));
+  return KITH_OK;
+}
+
+static bool sets(const char *settings, const char *key, size_t length) {
+  for (const char *s = settings; *s != '\0'; s += strcspn(s, "\n") + 1)
+    if (strcspn(s, "?=") == length && strncmp(s, key, length) == 0) return true;
+  return false;
+}
+
+/* Refuses a --set that has no effect, because the method or the value of each job sets that key after it.
+ * common: length of the settings which all jobs begin with. */
+static kith_status check_overrides(const struct kith_suite *s, size_t common,
+                                   const struct kith_options *options) {
   for (int k = 0; k < options->n_overrides; ++k) {
-    const char *text = options->overrides[k];
-    if (varied != NULL && kith_name_is(varied, text, strcspn(text, "?=")))
-      KITH_FAIL(BAD_INPUT, "--set %s: this is what is varied", varied);
-    if (strncmp(text, "dimension=", strlen("dimension=")) != 0) KITH_TRY(kith_job_set(job, text));
+    const size_t length = strcspn(options->overrides[k], "?=");
+    int n = 0;
+    for (int j = 0; j < s->n_methods * s->n_values; ++j)
+      n += sets(s->job[j].settings + common, options->overrides[k], length);
+    if (n == s->n_methods * s->n_values)
+      KITH_FAIL(BAD_INPUT, "--set %.*s: this is what is varied", (int)length, options->overrides[k]);
   }
   return KITH_OK;
 }
@@ -148,7 +164,7 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
 static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, struct kith_job *common,
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {
-  KITH_TRY(apply_overrides(common, c->options, key));
+  KITH_TRY(apply_overrides(common, c->options));
   if (methods != NULL) KITH_TRY(check_list(methods, method_params, KITH_SUITE_METHODS));
   KITH_TRY(check_list(values, key != NULL ? NULL : value_params, KITH_SUITE_VALUES));
   s->n_methods = methods != NULL ? methods->n : 1, s->n_values = values->n;
@@ -168,7 +184,7 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, s
     value = values->first;
     if (method != NULL) method = method->next;
   }
-  return KITH_OK;
+  return check_overrides(s, strlen(common->settings), c->options);
 }
 
 bool kith_suite_is_path(const char *name) {

@@ -288,6 +288,9 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   if (!is_path && access(path, R_OK) != 0)
     return kith_study_unknown(what, suite, "quick|full|gates|ranks|readme|readme-quick|decks");
   KITH_TRY(kith_rows_read_file(&v->rows, &v->n, path, &v->programs));
+  bool any = !v->quick;
+  for (int k = 0; k < v->n; ++k) any = any || v->rows[k].quick;
+  if (!any) KITH_FAIL(BAD_INPUT, "validate: no row of %s is quick: leave out -quick", path);
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;
   return is_path ? check_rows(v, path) : KITH_OK;

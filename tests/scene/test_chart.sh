@@ -52,6 +52,7 @@ refused "kith: --set foo: unknown key" "$kith" stress mach --set foo=1 -o out
 refused "--set scheme.cfl: this is what is varied" "$kith" stress cfl-sod --set scheme.cfl=2 -o out
 refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set resolution=40 -o out
 refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set 'resolution?=7' -o out
+refused "--set method.package: this is what is varied" "$kith" stress mach --set method.package=crk -o out
 touch file
 stopped 1 "Not a directory" "$kith" chart small.yaml -o file
 if ((EUID != 0)); then

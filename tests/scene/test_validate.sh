@@ -99,6 +99,7 @@ stopped 2 "own.yaml:3: row wrong: --set method.package: 'foo' is not one of" "$k
 [[ ! -e none ]] || wrong "rows before a wrong one ran: $(ls none)"
 echo "rows: []" >own.yaml
 stopped 2 "own.yaml:1: rows: an empty list" "$kith" validate own.yaml
+stopped 2 "/ranks.yaml is quick: leave out -quick" "$kith" validate ranks-quick -o none
 rows "$row, at_most: 1"
 echo 'row: []' >>own.yaml
 stopped 2 "own.yaml:3: row: unknown key; did you mean 'rows'?" "$kith" validate own.yaml
