@@ -44,7 +44,8 @@ kith_status kith_directory_make(const char *path) {
     KITH_FAIL(BAD_FILE, "%.60s...: the path is too long", path);
   for (char *slash = part + 1; (slash = strchr(slash, '/')) != NULL; ++slash) {
     *slash = '\0';
-    mkdir(part, 0777);
+    const int error = mkdir(part, 0777) == 0 ? 0 : errno;
+    if (error != 0 && access(part, F_OK) != 0) KITH_FAIL(BAD_FILE, "%s: %s", part, strerror(error));
     *slash = '/';
   }
   if (mkdir(part, 0777) != 0 && errno != EEXIST) KITH_FAIL(BAD_FILE, "%s: %s", path, strerror(errno));

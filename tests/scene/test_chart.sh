@@ -54,10 +54,10 @@ refused "--set resolution: this is what is varied" "$kith" chart small.yaml --se
 refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set 'resolution?=7' -o out
 refused "--set method.package: this is what is varied" "$kith" stress mach --set method.package=crk -o out
 touch file
-stopped 1 "Not a directory" "$kith" chart small.yaml -o file
+stopped 1 "kith: file/deep: Not a directory" "$kith" chart small.yaml -o file/deep/out
 if ((EUID != 0)); then
   mkdir locked && chmod 555 locked
-  stopped 1 "Permission denied" "$kith" chart small.yaml -o locked/out
+  stopped 1 "locked/out: Permission denied" "$kith" chart small.yaml -o locked/out
 fi
 
 # ---- a chart in which a method fails: its points are marked, and the exit code is 1
