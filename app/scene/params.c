@@ -17,13 +17,13 @@ static kith_status read_expression(const struct kith_config_node *node, void *in
   char digits[32] = "";
   double value;
   if (strlen(node->text) > LONGEST_FORMULA)
-    return kith_config_fail(node, NULL, "a formula of more than %d characters", LONGEST_FORMULA);
-  if (kith_param_parse(&number, node->text, &value) == KITH_OK)
+    KITH_FAIL(BAD_INPUT, "a formula of more than %d characters", LONGEST_FORMULA);
+  const kith_status status = kith_param_parse(&number, node->text, &value);
+  if (status == KITH_OK)
     snprintf(digits, sizeof digits, "%.17g", value);
   else if (strstr(kith_failure(), "finite") != NULL)
-    return kith_config_fail(node, NULL, "%s", kith_failure());
-  if (kith_expression_create(&expression, digits[0] != '\0' ? digits : node->text) != KITH_OK)
-    return kith_config_fail(node, NULL, "%s", kith_failure());
+    return status;
+  KITH_TRY(kith_expression_create(&expression, digits[0] != '\0' ? digits : node->text));
   memcpy(into, &expression, sizeof expression);
   return KITH_OK;
 }
@@ -32,8 +32,8 @@ static kith_status read_scalar(const struct kith_param *param, const struct kith
                                void *into) {
   KITH_TRY(kith_config_want(node, KITH_CONFIG_SCALAR));
   if (node->null) return kith_config_fail(node, NULL, "has no value");
-  if (param->kind == KITH_PARAM_EXPRESSION) return read_expression(node, into);
-  const kith_status status = kith_param_parse(param, node->text, into);
+  const kith_status status = param->kind == KITH_PARAM_EXPRESSION ? read_expression(node, into)
+                                                                  : kith_param_parse(param, node->text, into);
   return status == KITH_BAD_INPUT ? kith_config_fail(node, NULL, "%s", kith_failure()) : status;
 }
 
