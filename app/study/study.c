@@ -74,7 +74,10 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   if (directory != NULL) fprintf(f, "\n-o\n%s\n--overwrite", directory);
   for (const char *s = job->settings; *s != '\0'; s += strcspn(s, "\n") + 1)
     fprintf(f, "\n--set=%.*s", (int)strcspn(s, "\n"), s);
-  fclose(f);
+  if (fclose(f) != 0) {
+    free(text);
+    KITH_FAIL(NO_MEMORY, "no memory for the words of a run");
+  }
   int n = 0;
   for (char *rest = text; rest != NULL;) words[n++] = strsep(&rest, "\n");
   unlink(log);

@@ -24,7 +24,10 @@ static kith_status kept_length(FILE *file, const char *path, const char *names, 
     if (*kept > 0 && strtoull(line, NULL, 10) > last) break;
     *kept += (size_t)n;
   }
+  const bool readable = n >= 0 || feof(file);
+  const int why = errno;
   free(line);
+  if (!readable) KITH_FAIL(BAD_FILE, "%s: cannot read: %s", path, strerror(why));
   return same ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s: its columns are not %s", path, names);
 }
 

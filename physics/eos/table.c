@@ -132,6 +132,7 @@ static kith_status read_line(struct reader *r, int *count) {
     p += strspn(p, " \t\r");
     if (*p != '\0') KITH_FAIL(BAD_INPUT, "%s:%d: '%.40s' is not a number", r->name, r->line, p);
   }
+  if (*count == 0 && !feof(r->file)) KITH_FAIL(BAD_FILE, "%s: %s", r->name, strerror(errno));
   return KITH_OK;
 }
 
