@@ -141,6 +141,7 @@ for ranks in map(int, args.ranks.split(',')):
         sure = first_checkpoint() if kind.startswith('power') else 0
         numbers = range(1, total + 1)
         if args.sample: numbers = sorted(choose.sample(numbers, min(args.sample, total)))
+        if kind == 'allocate' and ranks > 1: numbers = sorted({1, 2, 3, *numbers}) # as MPI starts
         bad = 0
         for n in numbers:
             wrong = judge(kind, n, ranks, whole, sure)
