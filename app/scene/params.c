@@ -50,7 +50,9 @@ static kith_status read_by_dimension(const struct kith_param *param, const struc
   const struct kith_config_node *mine = kith_config_child(node, key);
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     if (kith_choices_index("1d|2d|3d", child->key) < 0)
-      return kith_config_fail(child, NULL, "unknown key; 1d, 2d and 3d tell dimensions apart");
+      return strchr(child->key, '?') != NULL
+                 ? kith_config_fail(node, NULL, "a formula with a colon needs quotes")
+                 : kith_config_fail(child, NULL, "unknown key; 1d, 2d and 3d tell dimensions apart");
     if (child == mine || !(owned || child->null))
       KITH_TRY(read_scalar(param, child, child == mine ? into : unused));
   }

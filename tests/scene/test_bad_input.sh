@@ -76,6 +76,7 @@ boundaries.x={knd: piston, velocity: 1}|--set boundaries.x.knd: unknown key; did
 boundaries.x=[{lower: piston}, open]|--set boundaries.x.0.lower: unknown key; known are kind, velocity,
 boundaries.x={velocity: 1}|--set boundaries.x.kind: missing; it is required
 boundaries.x={1d: periodic, 4d: open}|--set boundaries.x.4d: unknown key; 1d, 2d and 3d tell dimensions apart
+regions.0.density=x < 0 ? 1 : 2|--set regions.0.density: a formula with a colon needs quotes
 boundaries.x={kind: piston, velocity: 1}|two pistons; one acts on a side
 boundaries.x=[{kind: piston, velocity: 1000}, open]|a piston with velocity 1000 is through the domain
 gravity=[0, -1, 0]|--set gravity: -1 along y: there is no such axis in 1-D
