@@ -409,6 +409,7 @@ kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
     const struct kith_material *material = &hydro->material[hydro->nodes->list->u8[i]];
     const double pressure = wanted->f64[i];
+    wanted->f64[i] = 0; /* a checkpoint with steps of nodes has this field, and a restart refuses NaN */
     if (isnan(pressure)) continue;
     hydro->energy->f64[i] = material->eos->energy(material->settings, hydro->density->f64[i], pressure);
   }

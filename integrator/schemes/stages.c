@@ -165,6 +165,8 @@ static double weight(double tolerance) {
   return tolerance > 0 ? 1 / tolerance : 1;
 }
 
+static const double rounding = 1e-12; /* of energies, relative to c^2: a thousandth is some ulps of P / rho */
+
 void kith_stages_weights(const struct kith_integrator *it, const struct kith_tolerances *tolerances,
                          N_Vector state, N_Vector weights) {
   const double e = common_energy(it->hydro), rtol = tolerances->rtol, atol = tolerances->atol;
@@ -177,6 +179,6 @@ void kith_stages_weights(const struct kith_integrator *it, const struct kith_tol
   for (kith_index i = 0; i < it->nodes->n_internal; ++i) {
     const double x = weight((rtol + atol) * h[i]), v = weight(rtol * c[i] + atol * sqrt(2 * e));
     for (int a = 0; a < NDIM; ++a) wx[(size_t)i * NDIM + a] = x, wv[(size_t)i * NDIM + a] = v;
-    wu[i] = weight(rtol * fabs(u[i]) + atol * e);
+    wu[i] = weight(fmax(rtol * fabs(u[i]) + atol * e, rounding * c[i] * c[i]));
   }
 }

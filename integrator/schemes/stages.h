@@ -79,7 +79,8 @@ void kith_stages_copy_rates(const struct kith_integrator *integrator, N_Vector r
  *   position  (rtol + atol) H_i
  *   velocity  rtol c_i + atol V            V^2 = 2 e, e = energy per mass of the whole run where its center
  *             of mass rests
- *   energy    rtol |u_i| + atol e
+ *   energy    rtol |u_i| + atol e, at least 1e-12 c_i^2: an isothermal gas or a liquid may be without energy
+ *             and motion, but its heating is rounded as that of any other
  * so they do not depend on units and frames; V and e keep the tolerances of cold gas from vanishing. u is
  * taken from `state`. */
 void kith_stages_weights(const struct kith_integrator *integrator, const struct kith_tolerances *tolerances,
