@@ -18,7 +18,7 @@
  *     m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
  *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
  * pressure_dissipation a_P: the heat, from j to i,
- *     a_P |f_ij . v_ij| (P_j - P_i) / (P_i + P_j + rho_mean^2 Pi_ij),                                  (8)
+ *     a_P |f_ij . v_ij| (P_j - P_i) / (|P_i| + |P_j| + rho_mean^2 Pi_ij),                              (8)
  *     which for 1/2 is what crk's shares of the work move (eq. 7 there), but for their cosine.
  *     Forces along x_ij let nodes that a shock has pressed together in one direction slide past each other
  *     (the page on methods, Sedov): (8) damps the pressures of this noise. It is off, as it spreads contacts.
@@ -125,8 +125,8 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
     const double rho_i = i[KITH_PACKED_DENSITY], rho_j = J(KITH_PACKED_DENSITY),
                  pi = i[SPH_PSI] * rho_i * rho_i / i[SPH_MASS], pj = J(SPH_PSI) * rho_j * rho_j / J(SPH_MASS),
                  densities = rho_i + rho_j, jump = pj - pi,
-                 speed = sqrt(2 * fabs(jump) / densities),                                   /* (7) */
-        pressures = KITH_MAX(pi + pj + 0.5 * viscosity * densities * densities, fabs(jump)); /* (8) */
+                 speed = sqrt(2 * fabs(jump) / densities),                         /* (7) */
+        pressures = fabs(pi) + fabs(pj) + 0.5 * viscosity * densities * densities; /* (8) */
     heat = c->conduction * masses * speed * (i[SPH_ENERGY] - J(SPH_ENERGY)) * apart * (gi + gj) / densities +
            c->pressure_dissipation * fabs(force * p.vx) * jump / KITH_MAX(pressures, DBL_MIN);
   }
