@@ -33,14 +33,14 @@ const char *kith_failure(void) {
   return failure;
 }
 
-enum { ALIGNMENT = 64, MAPPED = 1 << 20, LARGE_PAGE = 1 << 21, LARGE = 4 * LARGE_PAGE }; /* bytes */
+enum { ALIGNMENT = 64, MAPPED = 1 << 20, LARGE_PAGE = 1 << 21 }; /* bytes */
 
 /* Large arrays are mapped in pages of 2 MiB where the system allows it: mapping 512 small ones takes several
  * times as long as to clear them, and the set-up of a scene is full of it. */
 static void *allocate(size_t bytes) {
 #ifdef MADV_HUGEPAGE
   const size_t page = LARGE_PAGE;
-  if (bytes >= LARGE && bytes <= SIZE_MAX - page) {
+  if (bytes >= page && bytes <= SIZE_MAX - page) {
     void *p = aligned_alloc(page, (bytes + page - 1) / page * page);
     if (p != NULL) madvise(p, bytes / page * page, MADV_HUGEPAGE); /* advice: small pages do as well */
     return p;
@@ -53,7 +53,7 @@ static void *allocate(size_t bytes) {
  * library maps arrays (all of some size), realloc moves their pages instead of their bytes, and so keeps the
  * alignment. */
 static bool reallocate(void **array, size_t kept, size_t bytes) {
-  if (kept >= MAPPED && bytes < LARGE) {
+  if (kept >= MAPPED && bytes < LARGE_PAGE) {
     void *moved = realloc(*array, bytes);
     if (moved == NULL) return false;
     *array = moved;
