@@ -79,6 +79,7 @@ static int occurrences(const char *in_text, const char *word) {
 enum { MANY = 50001 };
 static double *position, *velocity, *scalar;
 
+static const struct kith_window everywhere = {{-INFINITY, INFINITY}, {0, INFINITY}};
 static struct kith_plot sample(kith_index n, const struct kith_exact_ops *exact) {
   for (size_t k = 0; k < (size_t)n * NDIM; ++k) position[k] = velocity[k] = 0;
   for (kith_index i = 0; i < n; ++i) {
@@ -90,6 +91,7 @@ static struct kith_plot sample(kith_index n, const struct kith_exact_ops *exact)
                             .resolution = 10,
                             .exact = exact,
                             .solution = &solution,
+                            .window = &everywhere,
                             .nodes = {n, position, velocity, scalar, scalar, scalar, scalar, NULL, NULL}};
 }
 
@@ -156,6 +158,37 @@ static void default_pictures(void) {
                  &height) == 2);
     CHECK(width == 1000 && (height < 900) == flat);
   }
+}
+
+/* Pixels of a map that no node colors. */
+static int blank_pixels(const char *name) {
+  FILE *f = fopen(path_in(name), "r");
+  int n = 0;
+  CHECK(f != NULL);
+  for (float value; f != NULL && fread(&value, sizeof value, 1, f) == 1;) n += isnan(value);
+  if (f != NULL) fclose(f);
+  return n;
+}
+
+/* Maps of errors leave out the nodes outside of the window of the solution; other maps have all nodes. */
+static void errors_in_window(void) {
+  static const struct kith_window half = {{-INFINITY, 25}, {0, INFINITY}};
+  int blank[2][4]; /* without and with a window: of each map */
+  for (int windowed = 0; windowed < 2 && NDIM > 1; ++windowed) {
+    struct kith_plot p = sample(50, &across);
+    if (windowed) p.window = &half;
+    for (kith_index i = 0; i < 50; ++i) /* a spacing apart along x */
+      position[(size_t)i * NDIM] = i, position[(size_t)i * NDIM + 1] = i % 7;
+    CHECK_OK(kith_plot_write(&p, directory));
+    for (int k = 0; k < 4; ++k) {
+      char name[16];
+      snprintf(name, sizeof name, "map_%d.bin", k + 1);
+      blank[windowed][k] = blank_pixels(name);
+    }
+  }
+  int more = 0;
+  for (int k = 0; k < 4 && NDIM > 1; ++k) more += blank[1][k] > blank[0][k];
+  CHECK(more == (NDIM > 1 ? 2 : 0));
 }
 
 /* Of many nodes 20000 are drawn, all different, over the whole range, the same ones each time. */
@@ -227,6 +260,7 @@ int main(void) {
   CHECK_OK(kith_resize(&scalar, 0, MANY, sizeof *scalar));
   contents();
   default_pictures();
+  errors_in_window();
   thinned();
   drawing();
   kith_free(&position), kith_free(&velocity), kith_free(&scalar);
