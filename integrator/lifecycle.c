@@ -166,7 +166,7 @@ static bool may_cull(const struct kith_integrator *it) {
 /* Keeps all ghosts if few could be culled: to renumber the lists costs more than these ghosts do. Images that
  * other ranks may need are not among those few. */
 static void keep_few(const struct kith_halo *halo, const struct kith_nodes *nodes, uint8_t *keep) {
-  enum { WORTH_A_CULL = 16, SENT = 2 }; /* one ghost of so many */
+  enum { WORTH_A_CULL = 16 /* one ghost of so many */, SENT = 2 /* a bit of a mark */ };
   kith_index kept = 0;
   kith_halo_mark_sent(halo, nodes, keep, SENT);
 #pragma omp parallel for simd schedule(static) reduction(+ : kept) if (nodes->n_ghost > KITH_FEW)

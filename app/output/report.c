@@ -88,7 +88,7 @@ kith_status kith_provenance_take(struct kith_provenance *p, char *const *argumen
     if (word != arguments) fputc(' ', f);
     put_word(f, *word);
   }
-  if (fclose(f) != 0) KITH_FAIL(NO_MEMORY, "no memory for the command line");
+  if (fclose(f) != 0 || p->command == NULL) KITH_FAIL(NO_MEMORY, "no memory for the command line");
   return KITH_OK;
 }
 

@@ -3,8 +3,8 @@
  * The cells are those of a run (lib/domain/decomposition.h); their work is nodes and row entries at the
  * start. A partitioner makes its first map and continues until it changes nothing (at most 20 times). The
  * ghosts of a rank are the nodes and images of others in the rows of its nodes: what culling keeps. (A run
- * keeps all ghosts where less than a sixteenth of them could go: it may have up to 6 % more.) Those that are
- * made before are chosen as halo.h says; they are the ghosts where a rehearsal culls none.
+ * keeps all ghosts where less than a sixteenth of them could surely go: it may have up to 6 % more.) Those
+ * that are made before are chosen as halo.h says; they are the ghosts where a rehearsal culls none.
  *  A scene that is too large to be laid out here is outlined: its regions and their lattices say how many
  * nodes a cell has. The neighbors of nodes of the same scene with fewer nodes, in spacings, stand around
  * points of its cells, and say which ranks need them; ghosts made before culling are points within reach of

@@ -184,11 +184,10 @@ static kith_status copy_gas(struct run *run) {
 }
 
 /* Copies the nodes that are compared, if these are not all nodes: those behind the faces of inflows are left
- * out, and nodes that have left the box since lists that last were made, or within a base step, are put
- * back. */
+ * out, and nodes that have left a periodic box since lists were made, or within a base step, are put back. */
 static kith_status choose_gas(struct run *run) {
   const struct kith_simulation *m = run->simulation;
-  const bool strays = kith_rebuilds_lasting(&m->rebuilds) || m->nodes->activity != NULL;
+  const bool strays = m->integrator.positions != m->nodes->positions || m->nodes->activity != NULL;
   if (m->nodes->flag == NULL && !(strays && m->integrator.step > 0)) return KITH_OK;
   return kith_ranks_allreduce_status(run->ranks, copy_gas(run));
 }

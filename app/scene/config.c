@@ -501,7 +501,7 @@ kith_status kith_config_emit(const struct kith_config_node *root, bool one_line,
   *text = NULL;
   FILE *file = open_memstream(text, &length);
   const bool done = file != NULL && emit(root, one_line, file);
-  if (file != NULL && fclose(file) == 0 && done) return KITH_OK;
+  if (file != NULL && fclose(file) == 0 && done && *text != NULL) return KITH_OK;
   kith_free(text);
   KITH_FAIL(NO_MEMORY, "no memory for the effective scene"); /* what was read can be written */
 }

@@ -311,9 +311,10 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
                             const struct kith_config_node *found[2]) {
   char index[16];
   const bool named = row != NULL && row->params != NULL && row->form == KITH_FORM_NAMED; /* keys are names */
-  const bool mixed =
-      b != NULL && a->kind != b->kind && a->kind != KITH_CONFIG_LIST && b->kind != KITH_CONFIG_LIST;
-  /* One is a map {kind: NAME, ...}, and the other NAME alone, which stands for {kind: NAME}. */
+  /* One is a map {kind: NAME, ...}, and the other NAME alone or the default, which stand for {kind: NAME}. */
+  const bool mixed = b == NULL
+                         ? a->kind == KITH_CONFIG_MAP
+                         : a->kind != b->kind && a->kind != KITH_CONFIG_LIST && b->kind != KITH_CONFIG_LIST;
   const struct kith_param *kind =
       mixed && row != NULL && row->form == KITH_FORM_VALUE ? find_chooser(row->params) : NULL;
   if (a->null || (row != NULL && row->role != KITH_ROLE_STATE)) return false;
@@ -327,7 +328,10 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
   for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
     snprintf(index, sizeof index, "%d", child->index);
     const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : index);
-    if (kind != NULL && strcmp(child->key, kind->key) == 0) other = b;
+    if (kind != NULL && strcmp(child->key, kind->key) == 0) {
+      if (b == NULL && is_default(row, child)) continue;
+      other = b;
+    }
     const struct kith_param *below = child->key != NULL && !named ? kith_params_find(rows, child->key) : NULL;
     const struct kith_param *chooser = below == NULL && !named ? find_chooser(rows) : NULL;
     if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* the choice of the member is free */

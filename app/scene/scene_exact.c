@@ -79,7 +79,8 @@ kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_
   scene->exact.window = KITH_WINDOW_ALL;
   const struct kith_config_node *window = kith_config_child(node, "window");
   if (window != NULL) KITH_TRY(kith_params_read(window_params, window, &scene->exact.window));
-  if (kith_exact_create(&scene->exact.solution, scene->exact.ops, scene->exact.settings) != KITH_OK)
-    return kith_config_fail(node, NULL, "%s", kith_failure());
-  return KITH_OK;
+  const kith_status status =
+      kith_exact_create(&scene->exact.solution, scene->exact.ops, scene->exact.settings);
+  return status == KITH_OK || status == KITH_NO_MEMORY ? status
+                                                       : kith_config_fail(node, NULL, "%s", kith_failure());
 }

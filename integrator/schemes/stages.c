@@ -165,7 +165,7 @@ static double weight(double tolerance) {
   return tolerance > 0 ? 1 / tolerance : 1;
 }
 
-static const double rounding = 1e-12; /* of energies, relative to c^2: a thousandth is some ulps of P / rho */
+static const double rounding = 1e-12; /* relative to c^2: a thousand times what energies are rounded by */
 
 void kith_stages_weights(const struct kith_integrator *it, const struct kith_tolerances *tolerances,
                          N_Vector state, N_Vector weights) {

@@ -265,17 +265,18 @@ static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done
 }
 
 /* A little more for each chunk than it had last time, or lately: in some ticks many nodes are active, between
- * them few. The first time, about as much as packed particles take of the same memory. */
+ * them few. The first time, what lists of packages mostly take. */
 static kith_status share_memory(const struct kith_build *build) {
-  enum { FIRST = 16 }; /* words a node */
+  enum { FIRST = NDIM == 1 ? 2 : NDIM == 2 ? 5 : 16 }; /* words a target */
   struct kith_words *chunk = build->scratch->chunk;
+  const kith_index targets = build->row != NULL ? build->rows : build->targets->nodes->n_internal;
   size_t all = 0;
   uint64_t *word = NULL;
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c)
     all += chunk[c].capacity = KITH_MAX(chunk[c].n + chunk[c].n / 8, chunk[c].capacity / 32 * 31);
   if (all == 0)
     for (int c = 0; c < KITH_ROW_CHUNKS; ++c)
-      all += chunk[c].capacity = FIRST * (size_t)build->nodes->n_internal / KITH_ROW_CHUNKS;
+      all += chunk[c].capacity = FIRST * (size_t)targets / KITH_ROW_CHUNKS;
   KITH_TRY(kith_nodes_work(build->nodes, all * sizeof *word, &word));
   for (int c = 0; c < KITH_ROW_CHUNKS; word += chunk[c++].capacity) chunk[c].word = word;
   return KITH_OK;

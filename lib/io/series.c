@@ -101,7 +101,7 @@ static uint64_t step_of(hid_t steps, hsize_t k) {
   return step;
 }
 
-/* Of n samples those up to `step`: they ascend. Few are later, so that each is read by itself. */
+/* Of n samples those up to `step`: they ascend. Each later one is read by itself: mostly these are few. */
 static hsize_t samples_until(hid_t group, hsize_t n, uint64_t step) {
   const hid_t steps = H5Dopen2(group, "step", H5P_DEFAULT);
   while (n > 0 && step_of(steps, n - 1) > step) --n;

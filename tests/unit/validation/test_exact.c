@@ -451,7 +451,7 @@ static void test_two_blasts(void) {
   CHECK(at(ops, self, -1, 0.01).density > 0 && at(ops, self, 2, 0.005).density > 0);
   kith_free(&self);
   p.end_time = -1, check_refused(ops, p, "end_time", "-1");
-  p.end_time = 1e9; /* too many steps: refused before the first */
+  p.end_time = 1e9; /* too many steps */
   CHECK_STATUS(KITH_BAD_INPUT, exact_create(&self, ops, &p));
 }
 

@@ -55,6 +55,16 @@ static void tubes(void) {
   CHECK(tube_error(toro4, 0.035, 800) < 0.0028);
 }
 
+/* A tube that runs too long is refused after the first steps. */
+static void most_steps(void) {
+  const struct slab slab[] = {{0, 1, 0, 1000}, {0.1, 1, 0, 0.01}, {0.9, 1, 0, 100}};
+  struct flow *f = run_to(1.4, 3, slab, 1, 50, 0);
+  CHECK_STATUS(KITH_BAD_INPUT, run(f, 1e9, 1e9));
+  CHECK(f->steps == FIRST_STEPS);
+  CHECK_OK(run(f, 0.3, 0.3));
+  kith_free(&f);
+}
+
 static void conservation(void) {
   const struct slab slab[] = {{0, 1, 3, 1000}, {0.3, 4, -2, .01}, {0.7, 0.1, 0, 20}};
   struct flow *f = run_to(5. / 3, 3, slab, 1, 300, 0);
@@ -139,6 +149,7 @@ static void blasts(void) {
 int main(void) {
   tubes();
   conservation();
+  most_steps();
   waves();
   if (NDIM == 1) blasts(); /* the same in every dimension, and the longest */
   return check_failed();
