@@ -231,7 +231,7 @@ static kith_status sample_growth(struct run *run) {
                                      kith_growth_add(&run->output.growth, it->step, it->time, amplitude));
 }
 
-/* Draws a picture; a warning if it cannot be drawn. norms: NULL: not shown. */
+/* Draws a picture, in place of what steps need; a warning if it cannot be drawn. norms: NULL: not shown. */
 static void draw(const struct run *run, const char *frame, const struct kith_norms *norms) {
   const struct kith_plot plot = {.scene = run->scene->name,
                                  .frame = frame,
@@ -243,6 +243,7 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
                                  .solution = run->scene->exact.solution,
                                  .window = &run->scene->exact.window,
                                  .norms = norms};
+  kith_nodes_free_work(run->simulation->nodes);
   if (kith_plot_write(&plot, run->output.directory) != KITH_OK && speaks(run))
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
 }

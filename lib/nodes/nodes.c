@@ -17,6 +17,11 @@ kith_status kith_nodes_work(const struct kith_nodes *nodes, size_t bytes, void *
   return KITH_OK;
 }
 
+void kith_nodes_free_work(const struct kith_nodes *nodes) {
+  kith_free(&nodes->work->data);
+  nodes->work->capacity = 0;
+}
+
 size_t kith_field_node_size(const struct kith_field *field) {
   return (size_t)field->components * (field->spec.type == KITH_U8 ? 1 : 8);
 }
