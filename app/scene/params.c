@@ -160,20 +160,46 @@ static const struct kith_param *next_row(struct rows *r) {
   return r->next++;
 }
 
-/* BAD_INPUT for a key that no row has. Members may share keys: the message names each once. */
+/* Adds the maps that have the key, in the table of `map` and below it: "method.viscosity, materials.NAME". */
+static void find_maps(const struct kith_param *params, const char *map, const char *key, char *maps,
+                      size_t size) {
+  static const char *const entry[] = {"", "", ".NAME", ".N"}; /* by form */
+  const struct kith_param *p, *last = NULL;
+  const char *name = map[0] != '\0' ? map : "the scene itself";
+  for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL; last = p->params) {
+    char below[ROOM];
+    const size_t used = strlen(maps), length = strlen(name);
+    const bool told = used >= length && strcmp(maps + used - length, name) == 0;
+    if (strcmp(p->key, key) == 0 && !told)
+      snprintf(maps + used, size - used, "%s%s", used > 0 ? ", " : "", name);
+    if (p->params == NULL || p->params == last) continue; /* the three axes have the same rows */
+    snprintf(below, sizeof below, "%s%s%s%s", map, map[0] != '\0' ? "." : "", p->key, entry[p->form]);
+    find_maps(p->params, below, key, maps, size);
+  }
+}
+
+/* BAD_INPUT for a key that no row has, with the maps of the scene that have it. Members may share keys: the
+ * message names each once. */
 static kith_status check_key(const struct kith_param *params, const struct kith_config_node *child) {
-  char known[512] = "", told[512];
+  char known[512] = "", told[512], maps[ROOM] = "", map[256], why[ROOM + 300] = "unknown key";
+  const struct kith_config_node *root = child;
   const struct kith_param *p;
   for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
     if (strcmp(p->key, child->key) == 0) return KITH_OK;
     if (kith_choices_index(known, p->key) < 0)
       snprintf(known + strlen(known), sizeof known - strlen(known), "|%s", p->key);
   }
+  while (root->parent != NULL) root = root->parent;
+  find_maps(root->params, "", child->key, maps, sizeof maps);
+  kith_config_path(child->parent, NULL, map, sizeof map);
+  if (maps[0] != '\0')
+    snprintf(why, sizeof why, "not a key of %s, but of %s", map[0] != '\0' ? map : "the scene itself", maps);
   const bool near = kith_choices_suggest(known, child->key, told, sizeof told);
   if (!near) kith_choices_format(known, told, sizeof told);
   for (char *c = told; (c = strchr(c, '-')) != NULL;) *c = '_'; /* keys are written with '_' */
-  return near ? kith_config_fail(child, NULL, "unknown key; did you mean '%s'?", told)
-              : kith_config_fail(child, NULL, "unknown key; known are %s", told);
+  if (near) return kith_config_fail(child, NULL, "%s; did you mean '%s'?", why, told);
+  return maps[0] != '\0' ? kith_config_fail(child, NULL, "%s", why)
+                         : kith_config_fail(child, NULL, "%s; known are %s", why, told);
 }
 
 /* Do two members mean the same by a key? A gamma may be no ratio of specific heats. */

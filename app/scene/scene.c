@@ -318,6 +318,7 @@ static kith_status read_scene(struct kith_scene **out, struct kith_config *confi
   KITH_TRY(status);
   scene->config = config;
   config->root->dimension = NDIM;
+  config->root->params = scene_params;
   for (int k = 0; k < n_overrides && status == KITH_OK; ++k)
     status = kith_config_override(config, overrides[k]);
   if (status == KITH_OK) status = read_parts(scene);
