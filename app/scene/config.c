@@ -178,6 +178,14 @@ static kith_status fail_here(const struct reader *r, struct kith_config_node *no
   return kith_config_fail(node, key, "%s", what);
 }
 
+/* Is a line, counted from 0, indented by a tab? */
+static bool has_tab(const struct reader *r, size_t line) {
+  const char *p = r->text, *const end = r->text + r->length;
+  for (; line > 0 && p != NULL; --line) p = memchr(p, '\n', (size_t)(end - p)), p += p != NULL;
+  while (p != NULL && p < end && *p == ' ') ++p;
+  return p != NULL && p < end && *p == '\t';
+}
+
 /* Fails with libyaml's message and its line. For text that could not be decoded libyaml gives an offset only,
  * up to which lines are counted. */
 static kith_status fail_syntax(const struct reader *r) {
@@ -189,6 +197,7 @@ static kith_status fail_syntax(const struct reader *r) {
     for (size_t i = 0; i < KITH_MIN(p->problem_offset, r->length); ++i) line += r->text[i] == '\n';
   }
   r->target->location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0, 0, false};
+  if (has_tab(r, line)) return kith_config_fail(r->target, NULL, "not YAML: indented by a tab; take blanks");
   return kith_config_fail(r->target, NULL, "not YAML: %s%s%s",
                           p->problem != NULL ? p->problem : "cannot be read", p->context != NULL ? " " : "",
                           p->context != NULL ? p->context : "");
@@ -223,6 +232,15 @@ static kith_status check_key(const struct reader *r, struct kith_config_node *ma
 
 static kith_status read_node(struct reader *r, struct kith_config_node *node);
 
+/* Refuses a key without a value that is a part of a list or of a formula, as in {lower: 0, 0, 0}. */
+static kith_status check_value(const struct kith_config_node *child) {
+  const bool word =
+      child->key[strspn(child->key, "-.0123456789")] != '\0' && strpbrk(child->key, "()") == NULL;
+  if (word || !child->null || child->text[0] != '\0') return KITH_OK;
+  return kith_config_fail(child, NULL,
+                          "has no value; lists stand in brackets, formulas with a comma in quotes");
+}
+
 /* Reads the entries of a map or a list, up to its end. */
 static kith_status read_children(struct reader *r, struct kith_config_node *node) {
   const bool map = node->kind == KITH_CONFIG_MAP;
@@ -235,6 +253,7 @@ static kith_status read_children(struct reader *r, struct kith_config_node *node
                       map ? r->event.data.scalar.length : 0, event_location(r)));
     if (map) KITH_TRY(next_event(r));
     KITH_TRY(read_node(r, child));
+    if (map) KITH_TRY(check_value(child));
   }
 }
 

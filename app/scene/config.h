@@ -10,8 +10,9 @@
  * without its name, in which every further key sets a value as --set does: `regions.0.pressure: 1000`. No key
  * may replace what another key of the same file has set.
  *
- * Refused: what libyaml refuses, anchors, aliases and tags, a second document, keys that are not words, the
- * same key twice, more than 256 keys in a map, nesting deeper than 32, files above 1 MiB. */
+ * Refused: what libyaml refuses, anchors, aliases and tags, a second document, keys that are not words, parts
+ * of lists or formulas that became keys, the same key twice, more than 256 keys in a map, nesting deeper than
+ * 32, files above 1 MiB. */
 #ifndef KITH_APP_SCENE_CONFIG_H
 #define KITH_APP_SCENE_CONFIG_H
 

@@ -32,8 +32,13 @@ static void syntax(void) {
   refused("m: {x: 1,\n  \"x\": 2}\n", "f:2: m.x: duplicate key, first on line 1");
   refused("a: 1\nb: [1, 2\nc: 3\n",
           "f:3: not YAML: did not find expected ',' or ']' while parsing a flow sequence");
-  refused("a: 1\n\tb: 2\n",
-          "f:2: not YAML: found a tab character that violates indentation while scanning a plain scalar");
+  refused("a: 1\n\tb: 2\n", "f:2: not YAML: indented by a tab; take blanks");
+  refused("a:\n  b: 1\n  \tc: 2\n", "f:3: not YAML: indented by a tab; take blanks");
+  refused("a:\n\tb: 1\n", "f:2: not YAML: indented by a tab; take blanks");
+  refused("a: {b: -1, -1, -1}\n",
+          "f:1: a.-1: has no value; lists stand in brackets, formulas with a comma in quotes");
+  refused("a:\n  - {b: max(x, y)}\n",
+          "f:2: a.0.y): has no value; lists stand in brackets, formulas with a comma in quotes");
   refused("a: 'x\n", "f:2: not YAML: found unexpected end of stream while scanning a quoted scalar");
   refused("a: b: c\n", "f:1: not YAML: mapping values are not allowed in this context");
   refused("a: 1\nb: \x01\n", "f:2: not YAML: control characters are not allowed");
