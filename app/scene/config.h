@@ -39,8 +39,7 @@ struct kith_config_node {
   int index;     /* among the children of the parent */
   int n;         /* children */
   int dimension; /* of the root: which entry of {1d: .., 2d: .., 3d: ..} counts; 0: such maps are refused */
-  const struct kith_param
-      *params; /* of the root: the table of all keys, to find the map that has one; or NULL */
+  const struct kith_param *params; /* of the root: the table of all keys of a scene; or NULL */
   struct kith_config_node *parent, *first, *last, *next;
   struct kith_source_location location;
 };
