@@ -161,10 +161,12 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "start");
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
-  it->kick.time = it->kick.evaluation_dt = 0;
+  it->kick.time = it->kick.lead = it->kick.evaluation_dt = 0;
+  it->clock = it->time;
   if (it->nodes->activity != NULL)
     memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
   kith_status status = kith_integrator_rates(it);
+  if (it->energy_rate_last != NULL) kith_field_copy(it->nodes, it->energy_rate_last, it->hydro->energy_rate);
   if (status == KITH_OK && has_blocks(it)) status = it->scheme->start(it);
   kith_status mine = KITH_OK;
   if (status == KITH_OK && it->follows) {

@@ -7,8 +7,8 @@
 /* Largest ratio of a step to the last one, except for fixed steps and base steps. */
 #define KITH_GROWTH 1.25
 
-/* Evaluates the first rates: solves the supports from their guesses. Call once before the first step of a new
- * run. */
+/* Evaluates the first rates: solves the supports from their guesses. Call before the first step of a new run,
+ * and between steps when the state has been changed, for nothing of an earlier evaluation is used then. */
 kith_status kith_integrator_start(struct kith_integrator *integrator);
 /* Rebuilds the lists of a restarted run, bitwise identical. Fields, time, step, dt, the kick's time and the
  * time-step limit are restored by the caller. */

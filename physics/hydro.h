@@ -42,8 +42,8 @@ void kith_external_force_add(const struct kith_external_force *external_force, c
                              double *acceleration);
 
 /* What the gas got since the start: from nodes that came through faces, from forces and heats of all that is
- * no gas (nodes.h), such as frozen nodes, and from mirrors that put nodes back, which may lift them against
- * gravity. */
+ * no gas (nodes.h), such as frozen nodes, from mirrors that put nodes back, which may lift them against
+ * gravity, and from energies that a scene releases after the start. */
 struct kith_through {
   double mass, momentum[NDIM], energy;
 };

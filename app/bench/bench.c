@@ -132,7 +132,7 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   KITH_TRY(kith_simulation_start(m));
   const uint64_t evaluated = m->package.pair_evaluations, updated = it->ledger.updates;
   const double start = kith_seconds();
-  while (it->step < wanted && it->time < m->scene->until) KITH_TRY(kith_integrator_step(it, m->scene->until));
+  while (it->step < wanted && it->time < m->scene->until) KITH_TRY(kith_simulation_step(m, m->scene->until));
   const double seconds = kith_seconds() - start,
                updates = it->nodes->activity != NULL ? (double)(it->ledger.updates - updated)
                                                      : (double)m->nodes->n_internal * (double)it->step;

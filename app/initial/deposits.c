@@ -84,7 +84,18 @@ static kith_status add_deposit(const struct kith_deposit *deposit, const struct 
   return KITH_OK;
 }
 
-kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro) {
-  for (int k = 0; k < scene->n_deposits; ++k) KITH_TRY(add_deposit(&scene->deposit[k], scene, hydro));
+kith_status kith_deposits_add(const struct kith_scene *scene, struct kith_hydro *hydro, double time) {
+  for (int k = 0; k < scene->n_deposits; ++k) {
+    if (scene->deposit[k].time != time) continue;
+    KITH_TRY(add_deposit(&scene->deposit[k], scene, hydro));
+    if (time > 0) hydro->through.energy += scene->deposit[k].energy;
+  }
   return KITH_OK;
+}
+
+double kith_deposits_next(const struct kith_scene *scene, double time) {
+  double next = INFINITY;
+  for (int k = 0; k < scene->n_deposits; ++k)
+    if (scene->deposit[k].time > time) next = KITH_MIN(next, scene->deposit[k].time);
+  return next;
 }

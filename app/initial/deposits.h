@@ -1,4 +1,4 @@
-/* deposits.h - energies that the scene adds to the gas: blasts.
+/* deposits.h - energies that the scene adds to the gas, at the start or later: blasts.
  *
  * Node i at distance r_i from the center gets the part w_i m_i / sum_j w_j m_j of the energy:
  *   point    w = 1 for the nearest node, or nodes, where several are nearest within round-off
@@ -12,7 +12,10 @@
 #include "app/scene/scene.h"
 #include "physics/hydro.h"
 
-/* Adds all deposits to the energies; sums are exact. BAD_INPUT where no node is near a center. Collective. */
-kith_status kith_deposits_add(const struct kith_scene *scene, const struct kith_hydro *hydro);
+/* Adds the deposits of `time` to the energies, and if the run has begun to what came from outside; sums are
+ * exact. BAD_INPUT where no node is near a center. Collective. */
+kith_status kith_deposits_add(const struct kith_scene *scene, struct kith_hydro *hydro, double time);
+/* The time of the next deposit after `time`; INFINITY: there is none. */
+double kith_deposits_next(const struct kith_scene *scene, double time);
 
 #endif

@@ -403,8 +403,7 @@ static kith_status flag_nodes(const struct setup *s, uint8_t **frozen) {
 static const struct kith_field_spec wanted_pressure = {
     "wanted_pressure", KITH_SCALAR, KITH_F64, KITH_WORK, NULL, "initial pressure of regions in equilibrium"};
 
-kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
-                                                const struct kith_hydro *hydro) {
+kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene, struct kith_hydro *hydro) {
   const struct kith_field *wanted = kith_nodes_field_named(hydro->nodes, wanted_pressure.name);
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
     const struct kith_material *material = &hydro->material[hydro->nodes->list->u8[i]];
@@ -413,7 +412,7 @@ kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
     if (isnan(pressure)) continue;
     hydro->energy->f64[i] = material->eos->energy(material->settings, hydro->density->f64[i], pressure);
   }
-  return kith_deposits_add(scene, hydro);
+  return kith_deposits_add(scene, hydro, 0);
 }
 
 static const struct kith_field_spec damage_spec = {
@@ -472,7 +471,7 @@ static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **f
   KITH_TRY(kith_ranks_allreduce_status(s->ranks, lay_out(s, nodes)));
   KITH_TRY(count_nodes(s, total));
   KITH_TRY(fill_nodes(s, *total, frozen));
-  return s->scene->equilibrium ? KITH_OK : kith_deposits_add(s->scene, s->hydro);
+  return s->scene->equilibrium ? KITH_OK : kith_deposits_add(s->scene, s->hydro, 0);
 }
 
 kith_status kith_initial_conditions_outline(const struct kith_scene *scene, double *site_volume,

@@ -53,8 +53,8 @@ kith_status kith_initial_conditions_outline(const struct kith_scene *scene, doub
 kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *boundary, int list,
                                            const double *x, double time, struct kith_flow_state *out);
 
-/* Sets the energies of regions in equilibrium, and adds the deposits. The rates must be evaluated again. */
-kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene,
-                                                const struct kith_hydro *hydro);
+/* Sets the energies of regions in equilibrium, and adds the deposits of the start. The rates must be
+ * evaluated again. */
+kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene, struct kith_hydro *hydro);
 
 #endif

@@ -53,7 +53,7 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
   const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
   const double start = seconds_now();
   while (it->time < pilot->until && seconds_now() - start < pilot->limit)
-    KITH_TRY(kith_integrator_step(it, pilot->until));
+    KITH_TRY(kith_simulation_step(m, pilot->until));
   const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
                all = parts ? of_node : (double)(it->ledger.evaluations - evaluations);
   out->steps = parts ? of_node : (double)it->step;
@@ -115,7 +115,7 @@ static kith_status rehearse(struct kith_simulation *m, void *context) {
   const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates,
                  checks = m->decomposition->balance_checks,
                  calls = kith_ranks_traffic(m->nodes->ranks).collectives;
-  while (it->step < STEPS && it->time < m->scene->until) KITH_TRY(kith_integrator_step(it, m->scene->until));
+  while (it->step < STEPS && it->time < m->scene->until) KITH_TRY(kith_simulation_step(m, m->scene->until));
   const struct kith_halo_traffic now = kith_halo_traffic(m->halo);
   const double n = fmax((double)it->step, 1);
   const bool parts = it->nodes->activity != NULL;

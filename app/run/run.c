@@ -394,7 +394,7 @@ static kith_status steps(struct run *run) {
   while (!finished(run)) {
     run->begun = kith_seconds();
     run->next_snapshot = next_snapshot(run);
-    KITH_TRY(kith_integrator_step(it, step_end(run)));
+    KITH_TRY(kith_simulation_step(run->simulation, step_end(run)));
     run->stopped = it->wish[STOP] > 0;
     kith_profile_begin(run->profile, "output");
     KITH_TRY(after_step(run));

@@ -89,6 +89,7 @@ struct kith_deposit {
   enum kith_deposit_shape shape;
   double radius;   /* ball, kernel: radius of the support */
   double spacings; /* instead of radius, in node spacings at the center; for a kernel of half the support */
+  double time;     /* when it is released */
   const struct kith_config_node *node; /* where it stands, for messages */
 };
 

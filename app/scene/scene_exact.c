@@ -27,7 +27,8 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     }
     if (scene->n_deposits > 0) out.deposit_center[a] = scene->deposit[0].center[a];
   }
-  if (scene->n_deposits > 0) out.deposit_energy = scene->deposit[0].energy;
+  if (scene->n_deposits > 0)
+    out.deposit_energy = scene->deposit[0].energy, out.deposit_time = scene->deposit[0].time;
   for (int r = 0; r < KITH_MIN(scene->n_regions, 2); ++r) {
     const struct kith_region *region = &scene->region[r];
     const struct kith_material *m = &scene->material[region->material];

@@ -175,6 +175,7 @@ const struct kith_param kith_deposit_params[] = {
      IN(radius)},
     {"spacings", KITH_PARAM_NUMBER, "0", "[0, inf)",
      "instead of radius, in node spacings: radius of the ball, or half of that of the support", IN(spacings)},
+    {"time", KITH_PARAM_NUMBER, "0", "[0, inf)", "when it is released; a step ends then", IN(time)},
     {0}};
 #undef IN
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "app/initial/deposits.h"
 #include "app/initial/initial_conditions.h"
 
 static const struct kith_package_ops *package_of(const struct kith_scene *scene) {
@@ -398,6 +399,14 @@ kith_status kith_simulation_start(struct kith_simulation *m) {
   return kith_integrator_start(&m->integrator);
 }
 
+kith_status kith_simulation_step(struct kith_simulation *m, double until) {
+  const double release = kith_deposits_next(m->scene, m->integrator.time);
+  KITH_TRY(kith_integrator_step(&m->integrator, KITH_MIN(until, release)));
+  if (m->integrator.time < release) return KITH_OK;
+  KITH_TRY(kith_deposits_add(m->scene, &m->hydro, release));
+  return kith_integrator_start(&m->integrator);
+}
+
 /* Warns of lattices beside mirrors: a mirror continues cubic lattices only; the layers of others are shifted
  * sideways in it, and gas at rest beside it moves. */
 static void warn_of_mirrors(const struct kith_scene *scene) {
@@ -430,6 +439,13 @@ static void warn_of_materials(const struct kith_scene *scene) {
   }
 }
 
+static void warn_of_deposits(const struct kith_scene *scene) {
+  for (int k = 0; k < scene->n_deposits; ++k)
+    if (scene->deposit[k].time > scene->until)
+      fprintf(stderr, "kith: warning: energy: %g is released at time %g, after the end of the run at %g\n",
+              scene->deposit[k].energy, scene->deposit[k].time, scene->until);
+}
+
 static void warn_of_courant(const struct kith_simulation *m) {
   const struct kith_package_ops *ops = m->package.ops;
   const bool limits = m->integrator.fixed_dt == 0 && !m->integrator.scheme->implicit && ops->stable_cfl > 0;
@@ -451,6 +467,7 @@ static void warn_of_neighbors(const struct kith_package *p) {
 void kith_simulation_warn(const struct kith_simulation *m) {
   warn_of_mirrors(m->scene);
   warn_of_materials(m->scene);
+  warn_of_deposits(m->scene);
   warn_of_courant(m);
   warn_of_neighbors(&m->package);
 }
@@ -522,7 +539,8 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
   const double fast = fmax(now->momentum_scale, then->momentum_scale),
                least = now->mass > 0 ? DBL_EPSILON * fast * fast / now->mass : 0,
                e0 = kith_totals_energy(then),
-               e = fmax(fmax(fmax(fabs(e0), fabs(now->work - then->work)), now->kinetic), least);
+               moved = fmax(fabs(now->work - then->work), fabs(now->through.energy)),
+               e = fmax(fmax(fmax(fabs(e0), moved), now->kinetic), least);
   const double energy = fabs(kith_totals_energy(now) - e0) / (e > 0 ? e : 1);
   double momentum = 0, angular2 = 0;
   for (int a = 0; a < NDIM; ++a)

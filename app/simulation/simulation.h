@@ -36,6 +36,9 @@ kith_status kith_simulation_create(struct kith_simulation **out, const struct ki
 /* Evaluates the first rates, and sets the energies that need them (initial_conditions.h: regions in
  * equilibrium). Fails with DIVERGED as a step does. */
 kith_status kith_simulation_start(struct kith_simulation *simulation);
+/* Takes a step that ends at `until` at the latest, or when energies are released (deposits.h): then it adds
+ * these, and evaluates the rates anew. */
+kith_status kith_simulation_step(struct kith_simulation *simulation, double until);
 /* Prints a line on stderr for settings that are allowed but likely to go wrong. */
 void kith_simulation_warn(const struct kith_simulation *simulation);
 void kith_simulation_destroy(struct kith_simulation **simulation);
@@ -56,9 +59,10 @@ void kith_simulation_bytes(const struct kith_simulation *simulation,
 
 /* What a run started from, and how far it has moved away: the drifts of a report.
  *
- *   energy    |E - E0| / max(|E0|, |W - W0|, kinetic energy),  E = kinetic + internal + potential - W, W the
- *             work of pistons together with the energy that came through (hydro.h); E0 may be next to 0 where
- *             the pressure takes nothing from the energy, or where potential energies cancel it
+ *   energy    |E - E0| / max(|E0|, |W - W0|, |T|, kinetic energy),
+ *             E = kinetic + internal + potential - W - T, W the work of pistons, T the energy that came
+ *             through (hydro.h); E0 may be next to 0 in cold gas, where the pressure takes nothing from the
+ *             energy, or where potential energies cancel it
  *   momentum  max_a |p_a - p0_a| / max(S, S0),  S = sum m max(|v|, c), p without what came through;
  *             axes without walls and external forces only
  *   angular   |L - L0| / max(S, S0),            L about the center (hydro.h), S = sum m |r x v|; NaN in 1-D,

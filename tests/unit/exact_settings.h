@@ -13,7 +13,7 @@
 struct exact_parameters {
   double gamma[2], density[2], velocity[2], pressure[2]; /* [0]: undisturbed, left or inside */
   double uniform_velocity[NDIM], center[NDIM], period[NDIM], side[NDIM];
-  double interface_position, blast_energy, omega, end_time, amplitude, wavelength, origin;
+  double interface_position, blast_energy, omega, start, end_time, amplitude, wavelength, origin;
 };
 
 #define EXACT_ROW(key) \
@@ -29,6 +29,7 @@ static const struct kith_param exact_rows[] = {EXACT_ROW(gamma),
                                                EXACT_ROW(interface_position),
                                                EXACT_ROW(blast_energy),
                                                EXACT_ROW(omega),
+                                               EXACT_ROW(start),
                                                EXACT_ROW(end_time),
                                                EXACT_ROW(amplitude),
                                                EXACT_ROW(wavelength),

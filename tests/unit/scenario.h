@@ -86,7 +86,7 @@ static inline kith_status scenario_steps(struct scenario *s, int steps) {
   struct kith_integrator *it = &s->simulation->integrator;
   for (int k = 0; k < steps && it->time < s->scene->until; ++k) {
     it->check = k % 8 == 0;
-    KITH_TRY(kith_integrator_step(it, s->scene->until));
+    KITH_TRY(kith_simulation_step(s->simulation, s->scene->until));
   }
   return KITH_OK;
 }

@@ -37,7 +37,7 @@ struct kith_exact_scene {
     double lower[NDIM], upper[NDIM]; /* its box; infinite where the scene gives none */
   } region[2];                       /* the first two */
   int n_deposits;
-  double deposit_energy, deposit_center[NDIM]; /* of the first one */
+  double deposit_energy, deposit_time, deposit_center[NDIM]; /* of the first one */
 };
 
 /* The gas between the outer waves of a Riemann problem. [0]: the left-running wave and the gas left of the

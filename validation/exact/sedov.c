@@ -1,8 +1,8 @@
-/* sedov: energy E is released at time 0 on a plane, a line or a point (NDIM = j = 1, 2, 3) of a gas of
+/* sedov: energy E is released on a plane, a line or a point (NDIM = j = 1, 2, 3) of a gas of
  * density D r^-omega. L. I. Sedov, Similarity and Dimensional Methods in Mechanics, chapter IV; J. Kamm and
  * F. Timmes, LA-UR-07-2849.
  *
- *   R(t) = (E t^2 / (alpha D))^(1/n),  n = j + 2 - omega,  U = 2 R / (n t),  x = r / R
+ *   R(t) = (E t^2 / (alpha D))^(1/n),  n = j + 2 - omega,  U = 2 R / (n t),  x = r / R,  t from the release
  *   velocity = U x V(x),  rho = D R^-omega g(x),  P = D R^-omega U^2 h(x);
  *   at the shock  V = 2/(gamma+1),  g = (gamma+1)/(gamma-1)
  *
@@ -35,7 +35,7 @@
 
 struct settings {
   struct kith_exact_gas gas;
-  double blast_energy, omega;
+  double blast_energy, omega, start;
 };
 static const struct kith_param params[] = {
     KITH_EXACT_GAMMA,
@@ -45,15 +45,17 @@ static const struct kith_param params[] = {
      KITH_INTO(struct settings, blast_energy)},
     {"omega", KITH_PARAM_NUMBER, "0", "[0, 3)",
      "the undisturbed density falls as r^-omega; below the dimension", KITH_INTO(struct settings, omega)},
+    {"start", KITH_PARAM_NUMBER, "0", "[0, inf)", "when the energy is released",
+     KITH_INTO(struct settings, start)},
     KITH_EXACT_CENTER,
     {0}};
 
-/* Derives energy and center from the only deposit. A mirror through the center doubles the energy. */
+/* Derives energy, start and center from the only deposit. A mirror through the center doubles the energy. */
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct settings *s = settings;
   kith_exact_derive_gas(settings, scene);
   if (scene->n_deposits != 1) return;
-  s->blast_energy = scene->deposit_energy;
+  s->blast_energy = scene->deposit_energy, s->start = scene->deposit_time;
   for (int a = 0; a < NDIM; ++a) {
     const double lower = scene->lower[a], upper = scene->upper[a], close = 1e-12 * (upper - lower);
     s->gas.center[a] = scene->deposit_center[a];
@@ -79,9 +81,9 @@ struct row {
 struct sedov {
   struct kith_exact_gas gas;
   enum kind kind;
-  double omega, n, radius1; /* radius1: R at time 1 */
-  double ln_void;           /* vacuum: ln x_v */
-  int rows;                 /* intervals in use */
+  double omega, n, start, radius1; /* radius1: R a unit of time after the start */
+  double ln_void;                  /* vacuum: ln x_v */
+  int rows;                        /* intervals in use */
   struct row row[ROWS + 1];
 };
 
@@ -222,7 +224,7 @@ static kith_status sedov_create(void **self, const void *settings) {
   struct sedov *sedov = *self;
   const double gamma = p->gas.gamma, n = NDIM + 2 - p->omega;
   const double singular_n = 2 * (2 + NDIM * (gamma - 1)) / (gamma + 1); /* n of the singular case */
-  sedov->gas = p->gas, sedov->omega = p->omega, sedov->n = n;
+  sedov->gas = p->gas, sedov->omega = p->omega, sedov->n = n, sedov->start = p->start;
   sedov->kind = fabs(n - singular_n) < 1e-9 * n ? SINGULAR : n > singular_n ? STANDARD : VACUUM;
   const kith_status status = integrate(sedov, &energy);
   const double alpha = 4 / (n * n) * NDIM * kith_ball() * energy;
@@ -269,12 +271,12 @@ static bool similarity(const struct sedov *s, double y, double *v, double *ln_w,
 
 static double sedov_shock(const void *self, double time) {
   const struct sedov *sedov = self;
-  return sedov->radius1 * pow(time, 2 / sedov->n);
+  return sedov->radius1 * pow(fmax(0, time - sedov->start), 2 / sedov->n);
 }
 
 static void behind(const struct sedov *s, const double *x, double r, double shock, double time,
                    struct kith_exact_state *out) {
-  const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (s->n * time);
+  const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (s->n * (time - s->start));
   const double density = s->gas.density * pow(shock, -s->omega);
   double v, ln_w, ln_g;
   *out = (struct kith_exact_state){0};

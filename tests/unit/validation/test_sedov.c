@@ -144,6 +144,27 @@ static void places(void) {
   }
 }
 
+/* A blast that is released later is the same, that much later; before, the gas is undisturbed. */
+static void later(void) {
+  const parameters now = {.gamma = {1.4}, .density = {1.7}, .pressure = {0.1}, .blast_energy = 0.3};
+  parameters then = now;
+  void *self[2] = {NULL, NULL};
+  then.start = 0.25; /* with the times below exact in binary */
+  CHECK_OK(exact_create(&self[0], sedov, &now));
+  CHECK_OK(exact_create(&self[1], sedov, &then));
+  for (int k = 1; k < 8 && self[1] != NULL; ++k) {
+    const double time = 0.125 * k, r = 0.1 * k;
+    const state s = at(sedov, self[0], r, time), t = at(sedov, self[1], r, time + 0.25),
+                before = at(sedov, self[1], r, 0.03 * k);
+    CHECK(memcmp(&s, &t, sizeof s) == 0);
+    CHECK(sedov->shock(self[0], time) == sedov->shock(self[1], time + 0.25));
+    CHECK(before.density == 1.7 && before.pressure == 0.1 && before.velocity[0] == 0);
+    CHECK(sedov->shock(self[1], 0.03 * k) == 0);
+  }
+  kith_free(&self[0]);
+  kith_free(&self[1]);
+}
+
 static void refusals(void) {
   static const double wrong[] = {-0.1, NDIM, NDIM + 5, NAN};
   for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
@@ -169,6 +190,7 @@ int main(void) {
   if (NDIM == 3) laws(7.5, 0); /* a void in uniform gas */
   continuity();
   places();
+  later();
   refusals();
   return check_failed();
 }

@@ -1,5 +1,5 @@
-/* test_equilibrium.c - regions that start in equilibrium have exactly the pressure of the scene; and how
- * conservation errors are derived from totals, with values known by hand. */
+/* test_equilibrium.c - regions that start in equilibrium have exactly the pressure of the scene; energies
+ * that are released later; and how conservation errors are derived from totals, with values known by hand. */
 #include "app/output/output.h"
 #include "tests/unit/scenario.h"
 
@@ -68,6 +68,38 @@ static void deposits_come_after(void) {
     CHECK_CLOSE(t.start.internal - s.start.internal, 3, 1e-13); /* sums of some 500 terms, of 2 and 5 */
     CHECK(deviation(&t, 0) > 1);
     scenario_close(&t);
+  }
+  scenario_close(&s);
+}
+
+/* Steps until the end of the scene end where energies are released, there the gas has them, and as they came
+ * from outside, no step changes what is conserved. */
+static void released_on_the_way(const char *settings) {
+  struct scenario s = {0};
+  if (scenario_open(&s, disordered,
+                    "energy=[{'energy':3,'center':[0.25,0.5,0.5],'over':'ball','radius':0.2},"
+                    "{'energy':2,'center':[0.6,0.5,0.5],'time':0.9},"
+                    "{'energy':5,'center':[0.4,0.5,0.5],'over':'kernel','spacings':2,'time':0.5}] %s",
+                    settings)) {
+    CHECK_OK(scenario_start(&s));
+    struct kith_simulation *m = s.simulation;
+    const double first = m->integrator.timestep_limit.dt;
+    s.scene->deposit[1].time = 7.3 * first, s.scene->deposit[2].time = 3.1 * first;
+    s.scene->until = 15 * first;
+    for (int k = 0; k < 2; ++k) {
+      const double until = s.scene->deposit[2 - k].time;
+      struct kith_totals before = s.start, after;
+      while (m->integrator.time < until && check_failures == 0) {
+        before = kith_hydro_totals(&m->hydro);
+        CHECK_OK(kith_simulation_step(m, s.scene->until));
+      }
+      after = kith_hydro_totals(&m->hydro);
+      CHECK(m->integrator.time == until);
+      CHECK(before.through.energy == (k == 0 ? 0 : 5) && after.through.energy == (k == 0 ? 5 : 7));
+      CHECK_CLOSE(after.kinetic + after.internal - before.kinetic - before.internal, k == 0 ? 5 : 2, 1e-12);
+    }
+    CHECK_OK(scenario_steps(&s, 20));
+    CHECK(scenario_energy_error(&s) < 1e-13);
   }
   scenario_close(&s);
 }
@@ -175,6 +207,8 @@ static void no_angular_error_with_walls(void) {
 int main(void) {
   pressures_are_wanted();
   deposits_come_after();
+  released_on_the_way("scheme.steps=global");
+  released_on_the_way("scheme.steps=block");
   uniform_pressure();
   baseline_follows();
   error_relative_to_motion();
