@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 #include "app/cli/text.h"
+#include "app/initial/deposits.h"
 #include "app/initial/initial_conditions.h"
 #include "app/initial/lattice.h"
 #include "app/plan/forecast.h"
@@ -277,13 +278,17 @@ static void show_memory(const struct plan *plan) {
 static void show_dt(const struct plan *plan, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const struct kith_timestep_limit *limit = &it->timestep_limit;
-  const double first = limit->dt / plan->resolution_ratio;
+  const double first = limit->dt / plan->resolution_ratio, release = kith_deposits_next(plan->scene, 0),
+               end = fmin(until, release);
   line("Courant", "%.3g (%s)", it->cfl,
        plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
   if (kith_scheme_has_blocks(it->scheme, it->settings))
     line("base step", "%.4g at first%s; the shortest step is that of node %lld, which allows %.4g (%s)",
-         fmin(first, until), first > until ? ", the whole run" : "", (long long)limit->node, plan->full_dt,
-         kith_limit_name(limit->reason));
+         fmin(first, end),
+         first <= end  ? ""
+         : end < until ? ", until energy is released"
+                       : ", the whole run",
+         (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
   else if (it->fixed_dt > 0)
     line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
          it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
@@ -369,7 +374,8 @@ static bool is_accepted(const struct kith_options *options, const char *told) {
 }
 
 /* Prints settings that would save time, and their trade-off: model no more than a scene needs. Block steps
- * pay where steps differ much: a tick costs more than a step of as many nodes, and steps are rounded down. */
+ * pay where steps differ much: a tick costs more than a step of as many nodes, and steps are rounded down.
+ * Limits at the start say nothing of energies that are released later. */
 static void show_cheaper(const struct plan *plan, const struct kith_options *options) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
@@ -394,7 +400,8 @@ static void show_cheaper(const struct plan *plan, const struct kith_options *opt
       "window=follow: %.0f %% of the nodes are at rest at the start, and cost little until a signal comes",
       100 * rest);
   const char *const settings[] = {
-      blocks == (share < 0.4) ? NULL : steps, rest < 0.5 ? NULL : window,
+      blocks == (share < 0.4) || isfinite(kith_deposits_next(m->scene, 0)) ? NULL : steps,
+      rest < 0.5 ? NULL : window,
       kith_rebuilds_lasting(&m->rebuilds) || it->nodes->activity != NULL
           ? NULL
           : "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces",
