@@ -264,8 +264,8 @@ static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done
   return KITH_OK;
 }
 
-/* A little more for each chunk than it had last time, or lately: in some ticks many nodes are active, between
- * them few. The first time, what lists of packages mostly take. */
+/* Shares out the memory: what each chunk is expected to need, and the same part of the rest. In some ticks many
+ * nodes are active, between them few. The first time, what lists of packages mostly take. */
 static kith_status share_memory(const struct kith_build *build) {
   enum { FIRST = NDIM == 1 ? 2 : NDIM == 2 ? 5 : 16 }; /* words a target */
   struct kith_words *chunk = build->scratch->chunk;
@@ -273,12 +273,15 @@ static kith_status share_memory(const struct kith_build *build) {
   size_t all = 0;
   uint64_t *word = NULL;
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c)
-    all += chunk[c].capacity = KITH_MAX(chunk[c].n + chunk[c].n / 8, chunk[c].capacity / 32 * 31);
+    all += chunk[c].expected = KITH_MAX(chunk[c].n + chunk[c].n / 8, chunk[c].expected / 32 * 31);
   if (all == 0)
     for (int c = 0; c < KITH_ROW_CHUNKS; ++c)
-      all += chunk[c].capacity = FIRST * (size_t)targets / KITH_ROW_CHUNKS;
-  KITH_TRY(kith_nodes_work(build->nodes, all * sizeof *word, &word));
-  for (int c = 0; c < KITH_ROW_CHUNKS; word += chunk[c++].capacity) chunk[c].word = word;
+      all += chunk[c].expected = FIRST * (size_t)targets / KITH_ROW_CHUNKS;
+  const size_t room = kith_nodes_work_bytes(build->nodes) / sizeof *word,
+               spare = room > all ? (room - all) / KITH_ROW_CHUNKS : 0;
+  KITH_TRY(kith_nodes_work(build->nodes, KITH_MAX(room, all) * sizeof *word, &word));
+  for (int c = 0; c < KITH_ROW_CHUNKS; word += chunk[c++].capacity)
+    chunk[c].word = word, chunk[c].capacity = chunk[c].expected + spare;
   return KITH_OK;
 }
 

@@ -17,6 +17,10 @@ kith_status kith_nodes_work(const struct kith_nodes *nodes, size_t bytes, void *
   return KITH_OK;
 }
 
+size_t kith_nodes_work_bytes(const struct kith_nodes *nodes) {
+  return nodes->work->capacity;
+}
+
 void kith_nodes_free_work(const struct kith_nodes *nodes) {
   kith_free(&nodes->work->data);
   nodes->work->capacity = 0;

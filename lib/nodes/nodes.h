@@ -270,6 +270,8 @@ kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith
  * user: what is needed at different times of a step (candidates of rows, packed particles, images) shares
  * it. */
 kith_status kith_nodes_work(const struct kith_nodes *nodes, size_t bytes, void *p);
+/* The bytes that can be had without an allocation. */
+size_t kith_nodes_work_bytes(const struct kith_nodes *nodes);
 /* Frees that memory until it is needed again. */
 void kith_nodes_free_work(const struct kith_nodes *nodes);
 

@@ -23,7 +23,8 @@ struct kith_builder {
   struct kith_worker *worker; /* [threads] */
   struct kith_words {
     size_t n, capacity;
-    uint64_t *word; /* in the memory of kith_nodes_work, or `own` if that is too little */
+    size_t expected; /* words: as many as last time, or lately, and a little more */
+    uint64_t *word;  /* in the memory of kith_nodes_work, or `own` if that is too little */
     uint64_t *own;
   } chunk[KITH_ROW_CHUNKS]; /* what the first pass over groups leaves for the second */
   /* For each node the set of nodes whose support holds it, as non-empty 64-bit words of a bitmap over the
