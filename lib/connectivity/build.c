@@ -264,8 +264,8 @@ static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done
   return KITH_OK;
 }
 
-/* Shares out the memory: what each chunk is expected to need, and the same part of the rest. In some ticks many
- * nodes are active, between them few. The first time, what lists of packages mostly take. */
+/* Shares out the memory: what each chunk is expected to need, and the same part of the rest. In some ticks
+ * many nodes are active, between them few. The first time, what lists of packages mostly take. */
 static kith_status share_memory(const struct kith_build *build) {
   enum { FIRST = NDIM == 1 ? 2 : NDIM == 2 ? 5 : 16 }; /* words a target */
   struct kith_words *chunk = build->scratch->chunk;
