@@ -1,10 +1,10 @@
 /* conformance_partitioner.c - every partitioner, with each value of each of its parameters, on grids of every
  * kind: thinner than a cell, one and two cells along a periodic axis, more ranks than cells.
  *
- * Every cell has one owner, which is a rank; positions are in the cell that integer arithmetic says. Two runs
- * give the same maps; `changed` and the generation are right; only the ratio of weights counts. Unknown names
- * and parameters, values out of range, and weights that are negative or not finite are refused, and change
- * nothing. How well loads are balanced: test_partition_balance.c; restarts: test_partition_restart.c. */
+ * Every cell has one owner, which is a rank. Two runs give the same maps; `changed` and the generation are
+ * right; only the ratio of weights counts. Unknown names and parameters, values out of range, and weights
+ * that are negative or not finite are refused, and change nothing. How well loads are balanced:
+ * test_partition_balance.c; restarts: test_partition_restart.c. */
 #include "lib/domain/partition/partition.h"
 
 #include <stdlib.h>
@@ -13,8 +13,7 @@
 #include "tests/unit/lib/domain/cell_box.h"
 #include "tests/unit/lib/domain/partition_world.h"
 
-enum { UPDATES = 4, MOST_RUN_CELLS = 1024 };
-enum { MOST_RANKS = 64, MOST_CELLS = 64, MOST_TEXTS = 40 };
+enum { UPDATES = 4, MOST_CELLS = 1024, MOST_TEXTS = 40 };
 
 /* ---- members and parameters ---- */
 
@@ -59,81 +58,15 @@ static void copy_map(const struct kith_partition *p, int32_t *owner) {
   memcpy(owner, p->owner, (size_t)p->cells->n * sizeof *owner);
 }
 
-/* ---- maps ---- */
-
-/* The oracle: the cell of a position, wrapped or clamped in integers; -1 if the position is not finite. */
-static int64_t cell_of(const struct kith_cells *cells, const double *x) {
-  int64_t c = 0;
-  for (int a = NDIM - 1; a >= 0; --a) {
-    const int64_t m = cells->count[a];
-    if (!isfinite(x[a])) return -1;
-    int64_t k = (int64_t)floor(x[a]);
-    if (cells->periodic[a]) k = (k % m + m) % m;
-    c = c * m + KITH_MIN(KITH_MAX(k, 0), m - 1);
-  }
-  return c;
-}
-
-/* Cells have edge 1 and the box begins at 0. */
-static void check_map(const struct kith_partition *partition) {
-  const struct kith_cells *cells = partition->cells;
-  uint64_t random = 5;
-  for (int k = 0; k < 200; ++k) {
-    double x[NDIM];
-    for (int a = 0; a < NDIM; ++a) {
-      const double end = (double)cells->count[a], face = floor(check_random(&random) * (end + 1));
-      const double kinds[] = {check_random(&random) * end,          face, nextafter(face, INFINITY),
-                              nextafter(KITH_MAX(face, 1), 0),      -0.5, end + 0.25,
-                              (3 * check_random(&random) - 1) * end};
-      x[a] = kinds[(size_t)(check_random(&random) * 7)];
-    }
-    if (k == 7) x[0] = NAN;
-    if (k == 8) x[NDIM - 1] = -INFINITY;
-    const int64_t c = cell_of(cells, x);
-    CHECK(kith_cells_of(cells, x) == c);
-  }
-  for (int64_t c = 0; c < cells->n; ++c)
-    CHECK(partition->owner[c] >= 0 && partition->owner[c] < partition->n_ranks);
-}
-
-/* Weights that are largest at the first cell (kind 0) or at the last one. */
+/* Kinds: equal; a blast in a corner; random over ten orders of magnitude; all zero. */
 static void weights(const struct kith_cells *cells, int kind, double *weight) {
+  uint64_t random = 11;
   for (int64_t c = 0; c < cells->n; ++c) {
-    const double at = (double)(kind == 0 ? c : cells->n - 1 - c) / (double)cells->n;
-    weight[c] = 1 + 20 * exp(-6 * at);
-  }
-}
-
-static void check_text(const struct kith_cells *cells, int n_ranks, const char *text) {
-  double weight[MOST_CELLS];
-  struct kith_partition *partition = create(cells, n_ranks, text);
-  check_map(partition);
-  for (int kind = 0; kind < 2; ++kind) {
-    bool changed;
-    weights(cells, kind, weight);
-    CHECK_OK(kith_partition_update(partition, weight, &changed));
-    check_map(partition);
-  }
-  if (check_failures > 0) {
-    fprintf(stderr, "  %s, %d ranks, %d cells\n", text, n_ranks, (int)cells->n);
-    exit(1);
-  }
-  kith_partition_destroy(&partition);
-}
-
-/* 1, 2, 3 and more cells along an axis, open and periodic, with up to more ranks than cells. */
-static void test_maps(void) {
-  const struct {
-    int count[3], periodic;
-  } world[] = {{{1, 1, 1}, 7}, {{2, 2, 2}, 7}, {{3, 3, 3}, 7},
-               {{3, 2, 1}, 5}, {{6, 3, 2}, 0}, {{5, 1, 4}, 2}};
-  const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
-  char text[MOST_TEXTS][64];
-  const int n_texts = list_texts(text);
-  for (size_t w = 0; w < sizeof world / sizeof world[0]; ++w) {
-    const struct kith_cells cells = grid(world[w].count, world[w].periodic);
-    for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; ++r)
-      for (int t = 0; t < n_texts; ++t) check_text(&cells, ranks[r], text[t]);
+    const struct kith_box box = cell_box(cells, c);
+    double r2 = 0;
+    for (int a = 0; a < NDIM; ++a) r2 += box.lower[a] * box.lower[a] / (cells->upper[a] * cells->upper[a]);
+    const double values[] = {3, 100 * exp(-20 * r2), pow(10, 10 * check_random(&random) - 5), 0};
+    weight[c] = values[kind];
   }
 }
 
@@ -152,13 +85,13 @@ static void test_refused(void) {
     bool changed;
     copy_map(partition, before);
     for (int k = 0; k < 4; ++k) {
-      weights(&cells, 0, weight);
+      weights(&cells, 1, weight);
       weight[cells.n / 2] = bad[k];
       CHECK_STATUS(KITH_BAD_INPUT, kith_partition_update(partition, weight, &changed));
       CHECK(!changed);
     }
     CHECK(partition->owner == place && partition->generation == 1 && has_map(partition, before));
-    weights(&cells, 0, weight); /* a refused update has no effect later either */
+    weights(&cells, 1, weight); /* a refused update has no effect later either */
     CHECK_OK(kith_partition_update(partition, weight, &changed));
     CHECK_OK(kith_partition_update(twin, weight, &changed));
     CHECK(has_map(partition, twin->owner));
@@ -194,7 +127,7 @@ static void test_names(void) {
   }
 }
 
-/* Values that are allowed are accepted (test_maps); other values and parameters are refused. */
+/* Values that are allowed are accepted (test_repeats); other values and parameters are refused. */
 static void test_parameters(void) {
   const int count[] = {4, 4, 4};
   const struct kith_cells cells = grid(count, 0);
@@ -264,8 +197,8 @@ static void test_hybrid(void) {
   bool changed;
   struct kith_partition *hybrid = create(&cells, 4, "hybrid"), *graph = create(&cells, 4, "graph"),
                         *diffusion = create(&cells, 4, "diffusion");
-  for (size_t k = 0; k < 4; ++k) {
-    weights(&cells, k % 2, weight);
+  for (int k = 0; k < 4; ++k) {
+    weights(&cells, 1 + k % 2, weight);
     copy_map(hybrid, before);
     struct kith_partition *next = k == 0 ? graph : diffusion; /* continues from the same map */
     memcpy(next->owner, before, (size_t)cells.n * sizeof *before);
@@ -280,18 +213,6 @@ static void test_hybrid(void) {
 
 /* ---- repeated runs, scale of weights ---- */
 
-/* Kinds: equal; a blast in a corner; random over ten orders of magnitude; all zero. */
-static void weights_of_kind(const struct kith_cells *cells, int kind, double *weight) {
-  uint64_t random = 11;
-  for (int64_t c = 0; c < cells->n; ++c) {
-    const struct kith_box box = cell_box(cells, c);
-    double r2 = 0;
-    for (int a = 0; a < NDIM; ++a) r2 += box.lower[a] * box.lower[a] / (cells->upper[a] * cells->upper[a]);
-    const double values[] = {3, 100 * exp(-20 * r2), pow(10, 10 * check_random(&random) - 5), 0};
-    weight[c] = values[kind];
-  }
-}
-
 static void check_owners(const struct kith_partition *partition) {
   int64_t bad = 0;
   for (int64_t c = 0; c < partition->cells->n; ++c)
@@ -301,19 +222,17 @@ static void check_owners(const struct kith_partition *partition) {
 
 /* Updates a partition with all kinds of weights, and stores its maps one after the other. */
 static void run(const struct kith_cells *cells, int n_ranks, const char *text, int32_t *maps) {
-  struct kith_partition *partition = NULL;
-  CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
-  if (partition == NULL) return;
+  struct kith_partition *partition = create(cells, n_ranks, text);
   const size_t size = (size_t)cells->n * sizeof *maps;
   const int32_t *const place = partition->owner;
-  double weight[MOST_RUN_CELLS];
+  double weight[MOST_CELLS];
   CHECK(partition->generation == 1);
   check_owners(partition);
   memcpy(maps, partition->owner, size);
   for (int k = 0; k < UPDATES; ++k) {
     const uint64_t before = partition->generation;
     bool changed = true;
-    weights_of_kind(cells, k, weight);
+    weights(cells, k, weight);
     CHECK_OK(kith_partition_update(partition, weight, &changed));
     check_owners(partition);
     CHECK(partition->owner == place);
@@ -327,7 +246,7 @@ static void run(const struct kith_cells *cells, int n_ranks, const char *text, i
 }
 
 static void check_repeats(const struct kith_cells *cells, int n_ranks, const char *text) {
-  static int32_t maps[2][(UPDATES + 1) * MOST_RUN_CELLS];
+  static int32_t maps[2][(UPDATES + 1) * MOST_CELLS];
   const size_t size = (size_t)cells->n * (UPDATES + 1) * sizeof maps[0][0];
   run(cells, n_ranks, text, maps[0]);
   run(cells, n_ranks, text, maps[1]);
@@ -335,14 +254,17 @@ static void check_repeats(const struct kith_cells *cells, int n_ranks, const cha
   if (check_failures > 0) fprintf(stderr, "  %s, %d ranks, %d cells\n", text, n_ranks, (int)cells->n);
 }
 
-/* Grids as above, with up to 4096 ranks. */
+/* 1, 2, 3 and more cells along an axis, open and periodic, with up to 4096 ranks. */
 static void test_repeats(void) {
-  const int count[][3] = {{1, 1, 1}, {1, 2, 2}, {2, 1, 9}, {8, 8, 6}, {13, 5, 3}};
+  const struct {
+    int count[3], periodic;
+  } world[] = {{{1, 1, 1}, 7}, {{2, 2, 2}, 7}, {{3, 3, 3}, 7}, {{1, 2, 2}, 5},
+               {{2, 1, 9}, 6}, {{8, 8, 6}, 3}, {{13, 5, 3}, 0}};
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64, 4096};
   char text[MOST_TEXTS][64];
   const int n_texts = list_texts(text);
-  for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g) {
-    const struct kith_cells cells = grid(count[g], (int)(0x5a >> g & 7));
+  for (size_t w = 0; w < sizeof world / sizeof world[0]; ++w) {
+    const struct kith_cells cells = grid(world[w].count, world[w].periodic);
     for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; ++r)
       for (int t = 0; t < n_texts && check_failures == 0; ++t) check_repeats(&cells, ranks[r], text[t]);
   }
@@ -354,14 +276,13 @@ static void test_scale(void) {
   const struct kith_cells cells = grid(count, 0);
   for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
     if ((*p)->needs != NULL) continue;
-    int32_t first[MOST_RUN_CELLS];
+    int32_t first[MOST_CELLS];
     const double unit[] = {1, 0x1p-1000, 0x1p1010}; /* powers of two: no rounding */
     for (int k = 0; k < 3; ++k) {
-      struct kith_partition *partition = NULL;
-      double weight[MOST_RUN_CELLS];
+      struct kith_partition *partition = create(&cells, 4, (*p)->name);
+      double weight[MOST_CELLS];
       bool changed;
-      CHECK_OK(kith_partition_create(&partition, &cells, 4, (*p)->name));
-      weights_of_kind(&cells, 1, weight);
+      weights(&cells, 1, weight);
       for (int64_t c = 0; c < cells.n; ++c) weight[c] = ceil(weight[c]) * unit[k];
       CHECK_OK(kith_partition_update(partition, weight, &changed));
       if (k == 0) memcpy(first, partition->owner, (size_t)cells.n * sizeof *first);
@@ -391,7 +312,6 @@ static void test_no_ranks(void) {
 }
 
 int main(void) {
-  test_maps();
   test_refused();
   test_names();
   test_parameters();

@@ -110,26 +110,30 @@ static void test_unique(void) {
   }
 }
 
+/* Beyond the end of an axis positions are wrapped if it is periodic, and clamped if it is open. */
 static void test_outside(void) {
-  int count[NDIM];
-  bool periodic[NDIM];
-  for (int kind = 0; kind < 2; ++kind) {
-    for (int a = 0; a < NDIM; ++a) count[a] = 4 + a, periodic[a] = kind == 1;
+  const struct {
+    double x;
+    int64_t clamped, wrapped;
+  } cases[] = {{-1, 0, 0},    {3, 3, 0},          {-1.5, 0, 3},       {nextafter(-1, -2), 0, 3},
+               {5.5, 3, 2},   {-40.5, 0, 0},      {1e300, 3, -2},     {-1e300, 0, -2},
+               {NAN, -1, -1}, {INFINITY, -1, -1}, {-INFINITY, -1, -1}};
+  for (int kind = 0; kind < 2 * NDIM; ++kind) {
+    const int axis = kind / 2, wraps = kind % 2;
+    int count[NDIM];
+    bool periodic[NDIM];
+    for (int a = 0; a < NDIM; ++a) count[a] = 4 + (a != axis), periodic[a] = (a == axis) == wraps;
     const struct kith_cells cells = grid(count, periodic);
     double x[NDIM];
+    const int64_t stride = axis == 0 ? 1 : axis == 1 ? 5 : 25;
     fill(x, -0.5);
     CHECK(kith_cells_of(&cells, x) == 0);
-    const struct {
-      double x;
-      int64_t clamped, wrapped;
-    } cases[] = {{-1, 0, 0},    {3, 3, 0},          {-1.5, 0, 3},       {nextafter(-1, -2), 0, 3},
-                 {5.5, 3, 2},   {-40.5, 0, 0},      {1e300, 3, -2},     {-1e300, 0, -2},
-                 {NAN, -1, -1}, {INFINITY, -1, -1}, {-INFINITY, -1, -1}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; ++k) {
-      x[0] = cases[k].x;
-      const int64_t wanted = kind == 1 ? cases[k].wrapped : cases[k].clamped, c = kith_cells_of(&cells, x);
+      x[axis] = cases[k].x;
+      const int64_t wanted = wraps ? cases[k].wrapped : cases[k].clamped, c = kith_cells_of(&cells, x);
       /* -2: so far away that any cell of the row is right */
-      CHECK(wanted == -2 ? c >= 0 && c < 4 : c == wanted);
+      CHECK(wanted == -2 ? c >= 0 && c < 4 * stride && c % stride == 0
+                         : c == (wanted < 0 ? -1 : wanted * stride));
     }
   }
 }
