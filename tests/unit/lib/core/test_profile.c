@@ -1,12 +1,10 @@
-/* test_profile.c - the profile: the tree of stages, counters, imbalance of threads; and its trace, which a
- * strict JSON parser, written here, reads back. Oracle: stages of known number and duration. */
+/* test_profile.c - the profile: the tree of stages, counters, imbalance of threads; and its trace, which
+ * jansson reads back. Oracle: stages of known number and duration. */
 #include "tests/check.h"
 #include "lib/core/profile.h"
-#include <ctype.h>
+#include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 static void spin(double seconds) {
   const double end = kith_seconds() + seconds;
@@ -14,55 +12,11 @@ static void spin(double seconds) {
   }
 }
 
-/* A strict JSON parser: skips a value at *s, and returns false if there is none. */
-static bool skip_value(const char **s);
-
-static void skip_space(const char **s) {
-  while (isspace((unsigned char)**s)) ++*s;
-}
-
-static bool take(const char **s, char c) {
-  skip_space(s);
-  if (**s != c) return false;
-  ++*s;
-  return true;
-}
-
-static bool skip_string(const char **s) {
-  if (!take(s, '"')) return false;
-  for (; **s != '"'; ++*s) {
-    if ((unsigned char)**s < ' ') return false; /* also the end of the text */
-    if (**s == '\\' && strchr("\"\\/bfnrtu", *++*s) == NULL) return false;
-  }
-  ++*s;
-  return true;
-}
-
-static bool skip_members(const char **s, char end, bool named) {
-  if (take(s, end)) return true;
-  do {
-    if (named && !(skip_string(s) && take(s, ':'))) return false;
-    if (!skip_value(s)) return false;
-  } while (take(s, ','));
-  return take(s, end);
-}
-
-static bool skip_value(const char **s) {
-  skip_space(s);
-  if (take(s, '{')) return skip_members(s, '}', true);
-  if (take(s, '[')) return skip_members(s, ']', false);
-  if (**s == '"') return skip_string(s);
-  char *end;
-  strtod(*s, &end);
-  if (end == *s || !(isdigit((unsigned char)**s) || **s == '-')) return false; /* nan and inf are not JSON */
-  *s = end;
-  return true;
-}
-
 static bool is_json(const char *text) {
-  const bool ok = skip_value(&text);
-  skip_space(&text);
-  return ok && *text == '\0';
+  json_t *json = json_loads(text, 0, NULL);
+  const bool is = json != NULL;
+  json_decref(json);
+  return is;
 }
 
 /* Counts a word without strstr, which under sanitizers measures the rest of the text at each call. */
@@ -188,7 +142,6 @@ static void check_trace(void) {
   fputc(']', file);
   fclose(file);
   CHECK(is_json(text));
-  CHECK(!is_json("[1,]") && !is_json("{\"a\" 1}") && !is_json("[\"a]") && is_json("[{\"a\":[1,-2e3]},{}]"));
   /* Each of 11 ended stages, 3 open ones and 3 busy times of the second thread is there once. */
   CHECK(occurrences(text, "\"ph\":\"X\"") == 17 && occurrences(text, "\"ph\":\"M\"") == 3);
   CHECK(occurrences(text, "\"tid\":1,\"ts\"") == 3 && occurrences(text, "\"dur\"") == 17);
@@ -221,12 +174,12 @@ static void check_bounded(void) {
   FILE *file = open_memstream(&text, &size);
   CHECK_OK(kith_profile_create(&p, 1, true));
   for (int k = 0; k < (1 << 18) + 5; ++k) kith_profile_begin(p, "a"), kith_profile_end(p);
-  fputc('[', file);
   kith_profile_write_events(p, 0, file);
-  fputc(']', file);
   fclose(file);
-  CHECK(is_json(text) && occurrences(text, "\"ph\":\"X\"") == 1 << 18);
-  CHECK(strstr(text, "\"name\":\"left_out\",\"args\":{\"events\":5}") != NULL);
+  CHECK(occurrences(text, "\"ph\":\"X\"") == 1 << 18);
+  const char *last = strrchr(text, '\n'); /* each event has a line */
+  CHECK(last != NULL && last[-1] == ',' && is_json(last + 1));
+  CHECK(last != NULL && strstr(last, "\"name\":\"left_out\",\"args\":{\"events\":5}") != NULL);
   free(text);
   kith_profile_destroy(&p);
 }
