@@ -61,28 +61,6 @@ static size_t pairs_left_by(const struct kith_nodes *nodes, const char *words) {
   return pairs;
 }
 
-/* A row holds images of its own node, but never the node itself, though its distance is 0. */
-static void check_self(void) {
-  struct kith_nodes *nodes = oracle_lattice(1, 1, 1);
-  oracle_ghosts(nodes, 0, false, 1);
-  struct kith_connectivity *c = build(nodes, kith_search_find("tree"), NULL, 1);
-  for (kith_index i = 0; i < c->rows.n; ++i) CHECK(!kith_rows_hold(&c->rows, i, i, 0));
-  CHECK(c->rows.first[1] == 2);
-  kith_connectivity_destroy(&c);
-  kith_nodes_destroy(&nodes);
-}
-
-static void check_pairs_once(void) {
-  struct kith_nodes *nodes = tagged_nodes();
-  struct kith_connectivity *c = build(nodes, kith_search_find("grid"), NULL, 1);
-  CHECK(2 * c->pairs.n == c->rows.first[c->rows.n]);
-  for (size_t p = 1; p < c->pairs.n; ++p)
-    CHECK(c->pairs.node[p][0] > c->pairs.node[p - 1][0] ||
-          (c->pairs.node[p][0] == c->pairs.node[p - 1][0] && c->pairs.node[p][1] > c->pairs.node[p - 1][1]));
-  kith_connectivity_destroy(&c);
-  kith_nodes_destroy(&nodes);
-}
-
 /* Excluders that a scene may name, on pairs whose tags are known. */
 static void check_scene_words(void) {
   struct kith_nodes *nodes = tagged_nodes();
@@ -205,8 +183,6 @@ static void check_refused(void) {
 }
 
 int main(void) {
-  check_self();
-  check_pairs_once();
   check_scene_words();
   check_bonds();
   check_custom();
