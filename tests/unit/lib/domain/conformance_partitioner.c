@@ -43,13 +43,6 @@ static int list_texts(char (*text)[64]) {
   return n;
 }
 
-static struct kith_partition *create(const struct kith_cells *cells, int n_ranks, const char *text) {
-  struct kith_partition *partition = NULL;
-  CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
-  if (partition == NULL) exit(1);
-  return partition;
-}
-
 static bool has_map(const struct kith_partition *p, const int32_t *owner) {
   return memcmp(p->owner, owner, (size_t)p->cells->n * sizeof *owner) == 0;
 }
@@ -80,7 +73,8 @@ static void test_refused(void) {
   const int n_texts = list_texts(text);
   double weight[MOST_CELLS];
   for (int t = 0; t < n_texts; ++t) {
-    struct kith_partition *partition = create(&cells, 3, text[t]), *twin = create(&cells, 3, text[t]);
+    struct kith_partition *partition = partition_of(&cells, 3, text[t]),
+                          *twin = partition_of(&cells, 3, text[t]);
     int32_t before[MOST_CELLS], *const place = partition->owner;
     bool changed;
     copy_map(partition, before);
@@ -120,7 +114,8 @@ static void test_names(void) {
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k)
       check_unknown(&cells, wrong[k], "partitioner: ", (*p)->name);
     if ((*p)->needs != NULL) continue;
-    struct kith_partition *made = create(&cells, 2, (*p)->name), *again = create(&cells, 2, made->ops->name);
+    struct kith_partition *made = partition_of(&cells, 2, (*p)->name),
+                          *again = partition_of(&cells, 2, made->ops->name);
     CHECK(made->ops == *p && again->ops == *p && has_map(made, again->owner));
     kith_partition_destroy(&made);
     kith_partition_destroy(&again);
@@ -163,7 +158,7 @@ static void test_format(void) {
 static void test_slabs(void) {
   const int count[] = {8, 4, 4};
   const struct kith_cells cells = grid(count, 0);
-  struct kith_partition *slabs = create(&cells, 4, "cart:axes=1");
+  struct kith_partition *slabs = partition_of(&cells, 4, "cart:axes=1");
   for (int64_t c = 0; c < cells.n; ++c) CHECK(slabs->owner[c] == c % 8 / 2);
   kith_partition_destroy(&slabs);
 }
@@ -179,8 +174,8 @@ static void test_start_maps(void) {
   for (size_t k = 0; k < sizeof like / sizeof like[0]; ++k)
     for (int n_ranks = 1; n_ranks <= 8; ++n_ranks) {
       if (k == 3 && kith_partitioner_graph.needs != NULL) continue;
-      struct kith_partition *one = create(&cells, n_ranks, like[k][0]),
-                            *other = create(&cells, n_ranks, like[k][1]);
+      struct kith_partition *one = partition_of(&cells, n_ranks, like[k][0]),
+                            *other = partition_of(&cells, n_ranks, like[k][1]);
       CHECK(has_map(one, other->owner));
       kith_partition_destroy(&one);
       kith_partition_destroy(&other);
@@ -195,8 +190,9 @@ static void test_hybrid(void) {
   double weight[MOST_CELLS];
   int32_t before[MOST_CELLS];
   bool changed;
-  struct kith_partition *hybrid = create(&cells, 4, "hybrid"), *graph = create(&cells, 4, "graph"),
-                        *diffusion = create(&cells, 4, "diffusion");
+  struct kith_partition *hybrid = partition_of(&cells, 4, "hybrid"),
+                        *graph = partition_of(&cells, 4, "graph"),
+                        *diffusion = partition_of(&cells, 4, "diffusion");
   for (int k = 0; k < 4; ++k) {
     weights(&cells, 1 + k % 2, weight);
     copy_map(hybrid, before);
@@ -222,7 +218,7 @@ static void check_owners(const struct kith_partition *partition) {
 
 /* Updates a partition with all kinds of weights, and stores its maps one after the other. */
 static void run(const struct kith_cells *cells, int n_ranks, const char *text, int32_t *maps) {
-  struct kith_partition *partition = create(cells, n_ranks, text);
+  struct kith_partition *partition = partition_of(cells, n_ranks, text);
   const size_t size = (size_t)cells->n * sizeof *maps;
   const int32_t *const place = partition->owner;
   double weight[MOST_CELLS];
@@ -279,7 +275,7 @@ static void test_scale(void) {
     int32_t first[MOST_CELLS];
     const double unit[] = {1, 0x1p-1000, 0x1p1010}; /* powers of two: no rounding */
     for (int k = 0; k < 3; ++k) {
-      struct kith_partition *partition = create(&cells, 4, (*p)->name);
+      struct kith_partition *partition = partition_of(&cells, 4, (*p)->name);
       double weight[MOST_CELLS];
       bool changed;
       weights(&cells, 1, weight);

@@ -5,18 +5,9 @@
 
 #include <stdlib.h>
 
-#include "tests/check.h"
+#include "tests/unit/lib/domain/partition_world.h"
 
 enum { MOST_RANKS = 64, MOST_CELLS = 2048, UPDATES = 3 };
-
-static struct kith_cells grid(const int *count, bool is_periodic) {
-  double lower[NDIM], upper[NDIM];
-  bool periodic[NDIM];
-  for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = count[a], periodic[a] = is_periodic;
-  struct kith_cells cells = {0};
-  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, MOST_CELLS));
-  return cells;
-}
 
 /* Corners belong to a common rank if they are at most one apart along every axis; then their colors must
  * differ. */
@@ -95,10 +86,8 @@ int main(void) {
   const int count[][3] = {{15, 10, 7}, {3, 3, 3}, {1, 64, 2}};
   for (size_t g = 0; g < sizeof count / sizeof count[0]; ++g)
     for (int n_ranks = 1; n_ranks <= MOST_RANKS && check_failures == 0; ++n_ranks) {
-      const struct kith_cells cells = grid(count[g], g % 2 == 1);
-      struct kith_partition *partition = NULL;
-      CHECK_OK(kith_partition_create(&partition, &cells, n_ranks, "gridbased"));
-      if (partition == NULL) return 1;
+      const struct kith_cells cells = grid(count[g], g % 2 == 1 ? ~0 : 0);
+      struct kith_partition *partition = partition_of(&cells, n_ranks, "gridbased");
       check_colors(partition->self);
       check_cover(partition);
       for (int k = 0; k < 2 * UPDATES; ++k) {

@@ -6,20 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tests/check.h"
 #include "tests/unit/lib/domain/cell_box.h"
+#include "tests/unit/lib/domain/partition_world.h"
 
 enum { MOST_CELLS = 4096, MOST_RANKS = 64, KINDS = 4 };
 
 /* A box of about a thousand cells, open or periodic. */
-static struct kith_cells grid(bool is_periodic) {
+static struct kith_cells thousand_cells(bool periodic) {
   const int count[3][3] = {{1000, 0, 0}, {40, 25, 0}, {12, 10, 9}};
-  double lower[NDIM], upper[NDIM];
-  bool periodic[NDIM];
-  for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = count[NDIM - 1][a], periodic[a] = is_periodic;
-  struct kith_cells cells = {0};
-  CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, MOST_CELLS));
-  return cells;
+  return grid(count[NDIM - 1], periodic ? ~0 : 0);
 }
 
 /* Kinds: equal; a blast in a corner (a dense shell around an empty ball); random from 1 to 10; all weight in
@@ -64,13 +59,6 @@ static struct load_figures load_figures(const struct kith_partition *partition, 
   return all;
 }
 
-static struct kith_partition *create(const struct kith_cells *cells, int n_ranks, const char *text) {
-  struct kith_partition *partition = NULL;
-  CHECK_OK(kith_partition_create(&partition, cells, n_ranks, text));
-  if (partition == NULL) exit(1);
-  return partition;
-}
-
 static bool update(struct kith_partition *partition, const double *weight) {
   bool changed = false;
   CHECK_OK(kith_partition_update(partition, weight, &changed));
@@ -89,7 +77,7 @@ static void effective_weights(const struct kith_cells *cells, const double *weig
 static void check_bound(const struct kith_cells *cells, const char *text, double factor, double most_cells) {
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
   for (int r = 0; r < 7; ++r) {
-    struct kith_partition *partition = create(cells, ranks[r], text);
+    struct kith_partition *partition = partition_of(cells, ranks[r], text);
     for (int kind = 0; kind < KINDS; ++kind) {
       static double weight[MOST_CELLS], effective[MOST_CELLS];
       struct rank_figures rank[MOST_RANKS];
@@ -115,7 +103,7 @@ static void check_bound(const struct kith_cells *cells, const char *text, double
 
 static void test_bounds(void) {
   for (int periodic = 0; periodic < 2; ++periodic) {
-    const struct kith_cells cells = grid(periodic);
+    const struct kith_cells cells = thousand_cells(periodic);
     /* The mean load, and half a cell at both ends of the interval. */
     check_bound(&cells, "morton", 1, 1);
     check_bound(&cells, "hilbert", 1, 1);
@@ -130,12 +118,12 @@ static void test_bounds(void) {
 
 /* Blocks differ by one layer along each axis at most, and updates do not move them. */
 static void test_cart(void) {
-  const struct kith_cells cells = grid(false);
+  const struct kith_cells cells = thousand_cells(false);
   const int ranks[] = {1, 2, 3, 4, 7, 8, 64};
   for (int r = 0; r < 7; ++r) {
     static double weight[MOST_CELLS];
     struct rank_figures rank[MOST_RANKS];
-    struct kith_partition *partition = create(&cells, ranks[r], "cart");
+    struct kith_partition *partition = partition_of(&cells, ranks[r], "cart");
     int mesh[NDIM], product = 1;
     kith_partition_mesh(&cells, ranks[r], NDIM, mesh);
     int64_t least = 1, most = 1;
@@ -183,7 +171,7 @@ static void test_curves(void) {
   for (int a = 0; a < NDIM; ++a) lower[a] = 0, upper[a] = 8;
   struct kith_cells cells;
   CHECK_OK(kith_cells_init(&cells, lower, upper, periodic, 1, MOST_CELLS));
-  struct kith_partition *hilbert = create(&cells, (int)cells.n, "hilbert");
+  struct kith_partition *hilbert = partition_of(&cells, (int)cells.n, "hilbert");
   static int64_t cell[MOST_CELLS];
   for (int64_t c = 0; c < cells.n; ++c) cell[hilbert->owner[c]] = c;
   for (int64_t k = 1; k < cells.n; ++k) {
@@ -196,7 +184,7 @@ static void test_curves(void) {
   const char *const names[] = {"morton", "p4est"};
   for (int k = 0; k < 2; ++k) {
     if (kith_partitioner_find(names[k])->needs != NULL) continue;
-    struct kith_partition *partition = create(&cells, (int)cells.n, names[k]);
+    struct kith_partition *partition = partition_of(&cells, (int)cells.n, names[k]);
     for (int64_t c = 0; c < cells.n; ++c) { /* a block of 2^NDIM cells has successive owners */
       int64_t at[NDIM];
       kith_grid_place(cells.count, c, at);
@@ -210,10 +198,10 @@ static void test_curves(void) {
 /* An update of graph starts from the present map, so that a small change of weights moves few cells. */
 static void test_graph_stays(void) {
   if (kith_partitioner_graph.needs != NULL) return;
-  const struct kith_cells cells = grid(false);
+  const struct kith_cells cells = thousand_cells(false);
   static double weight[MOST_CELLS];
   static int32_t before[MOST_CELLS];
-  struct kith_partition *partition = create(&cells, 8, "graph");
+  struct kith_partition *partition = partition_of(&cells, 8, "graph");
   weights(&cells, 2, weight);
   for (int k = 0; k < 3; ++k) update(partition, weight);
   memcpy(before, partition->owner, (size_t)cells.n * sizeof *before);
@@ -279,7 +267,7 @@ static void check_diffusion(const struct kith_cells *cells, int n_ranks, const c
   static bool table[MOST_RANKS][MOST_RANKS];
   struct rank_figures rank[MOST_RANKS];
   const bool fixed = strstr(text, "fixed") != NULL;
-  struct kith_partition *partition = create(cells, n_ranks, text);
+  struct kith_partition *partition = partition_of(cells, n_ranks, text);
   memset(table, 0, sizeof table);
   neighbors_are_in(partition, table, true);
   for (int kind = 2; kind > 0; --kind) { /* first random, then the blast */
@@ -307,7 +295,7 @@ static void test_diffusion(void) {
                                "diffusion:flow=second-order neighbors=fixed start=morton"};
   const int ranks[2][3] = {{2, 7, 64}, {3, 4, 8}};
   for (int periodic = 0; periodic < 2; ++periodic) {
-    const struct kith_cells cells = grid(periodic);
+    const struct kith_cells cells = thousand_cells(periodic);
     for (size_t t = 0; t < sizeof texts / sizeof texts[0]; ++t)
       for (int r = 0; r < 3 && check_failures == 0; ++r)
         check_diffusion(&cells, ranks[periodic][r], texts[t], 8);
@@ -316,9 +304,9 @@ static void test_diffusion(void) {
 
 /* Equal loads cause no flow, and neither do zero weights. */
 static void test_diffusion_at_rest(void) {
-  const struct kith_cells cells = grid(true);
+  const struct kith_cells cells = thousand_cells(true);
   static double weight[MOST_CELLS];
-  struct kith_partition *partition = create(&cells, 2, "diffusion");
+  struct kith_partition *partition = partition_of(&cells, 2, "diffusion");
   CHECK(!update(partition, NULL));
   CHECK(!update(partition, weight));
   weights(&cells, 1, weight);
@@ -334,10 +322,10 @@ static void test_gridbased(void) {
   const int ranks[] = {2, 3, 4, 7, 8, 64};
   for (int periodic = 0; periodic < 2; ++periodic)
     for (int r = 0; r < 6; ++r) {
-      const struct kith_cells cells = grid(periodic);
+      const struct kith_cells cells = thousand_cells(periodic);
       static double weight[MOST_CELLS], effective[MOST_CELLS];
       struct rank_figures rank[MOST_RANKS];
-      struct kith_partition *partition = create(&cells, ranks[r], "gridbased");
+      struct kith_partition *partition = partition_of(&cells, ranks[r], "gridbased");
       weights(&cells, 1, weight);
       effective_weights(&cells, weight, effective);
       const double first = load_figures(partition, effective, rank).imbalance;
