@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 #include "lib/core/base.h"
 
 static int check_failures;
@@ -40,6 +41,21 @@ static int check_failures;
   } while (0)
 
 #define CHECK_OK(call) CHECK_STATUS(KITH_OK, call)
+
+/* Does the message of the last failure contain these words? Prints the message if not. */
+static inline bool check_says(const char *words) {
+  const bool says = strstr(kith_failure(), words) != NULL;
+  if (!says) fprintf(stderr, "no '%s' in: %s\n", words, kith_failure());
+  return says;
+}
+
+/* Checks that `what`, which gave this status, was refused with exactly this message. */
+static inline void check_message(const char *what, kith_status status, const char *wanted) {
+  if (status == KITH_BAD_INPUT && strcmp(kith_failure(), wanted) == 0) return;
+  ++check_failures;
+  fprintf(stderr, "%s\n  gave   %s: %s\n  wanted %s\n", what, kith_status_text(status),
+          status == KITH_OK ? "" : kith_failure(), wanted);
+}
 
 /* Random numbers in [0, 1) from splitmix64: a test draws the same ones on every machine. */
 static inline double check_random(uint64_t *state) {

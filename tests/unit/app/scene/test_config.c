@@ -8,13 +8,6 @@
 #include "lib/core/choices.h"
 #include "tests/check.h"
 
-static void check_message(const char *what, kith_status status, const char *wanted) {
-  if (status == KITH_BAD_INPUT && strcmp(kith_failure(), wanted) == 0) return;
-  ++check_failures;
-  fprintf(stderr, "%s\n  gave   %s: %s\n  wanted %s\n", what, kith_status_text(status),
-          status == KITH_OK ? "" : kith_failure(), wanted);
-}
-
 static void refused(const char *text, const char *wanted) {
   struct kith_config *config;
   check_message(text, kith_config_parse(&config, "f", text, strlen(text)), wanted);

@@ -17,13 +17,6 @@ static const struct kith_viscosity_settings *viscosity_of(const struct kith_scen
   return scene->method.package.settings;
 }
 
-static void check_message(const char *what, kith_status status, const char *wanted) {
-  if (status == KITH_BAD_INPUT && strcmp(kith_failure(), wanted) == 0) return;
-  ++check_failures;
-  fprintf(stderr, "%s\n  gave   %s: %s\n  wanted %s\n", what, kith_status_text(status),
-          status == KITH_OK ? "" : kith_failure(), wanted);
-}
-
 /* The override that each dimension needs, since the scene below is written once. */
 static const char *dimension_override(void) {
   return NDIM == 1 ? "dimension=1" : NDIM == 2 ? "dimension=2" : "dimension=3";

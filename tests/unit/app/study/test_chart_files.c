@@ -25,12 +25,6 @@ static kith_status read_suite(struct kith_study *study, const char *subject) {
   return kith_suite_read(study, subject);
 }
 
-static bool says(const char *words) {
-  const bool found = strstr(kith_failure(), words) != NULL;
-  if (!found) fprintf(stderr, "no '%s' in: %s\n", words, kith_failure());
-  return found;
-}
-
 static void check_reference_codes(struct kith_study *study) {
 #define WITH(code) \
   "scene: sod\nresolution: [5]\nnorms: [density.l1, pressure.l1]\nreference_codes:\n  - {" code "}\n"
@@ -51,7 +45,7 @@ static void check_reference_codes(struct kith_study *study) {
       {WITH("code: A, resolution: 10, cpu_seconds: 1, norms: {density.l1: 1}"),
        "o.yaml:5: reference_codes.0.machine"}};
   for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
-    CHECK(read_suite(study, write_file("o.yaml", wrong[k][0])) == KITH_BAD_INPUT && says(wrong[k][1]));
+    CHECK(read_suite(study, write_file("o.yaml", wrong[k][0])) == KITH_BAD_INPUT && check_says(wrong[k][1]));
 }
 
 static bool has(const struct kith_job *job, const char *setting) {
@@ -111,11 +105,11 @@ static void check_wrong_suites(struct kith_study *study) {
   const struct kith_options options = {.n_overrides = 1, .overrides = {"resolution=6"}};
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
     write_file("s.yaml", cases[k][0]);
-    CHECK(read_suite(study, path) == KITH_BAD_INPUT && says(cases[k][1]));
+    CHECK(read_suite(study, path) == KITH_BAD_INPUT && check_says(cases[k][1]));
   }
   write_file("s.yaml", "scene: sod\nresolution: [5]\n");
   study->options = &options;
-  CHECK(read_suite(study, path) == KITH_BAD_INPUT && says("--set resolution: this is what is varied"));
+  CHECK(read_suite(study, path) == KITH_BAD_INPUT && check_says("--set resolution: this is what is varied"));
   study->options = &none;
 }
 
@@ -150,9 +144,9 @@ static void check_sweeps(struct kith_study *study) {
         has(&sweeps[0].job[3], "scheme.cfl=0.2"));
   CHECK(sweeps[1].named_values && sweeps[1].of_first && has(&sweeps[1].job[0], "b?=[2, 3]"));
   CHECK(read_sweeps(study, "sweeps:\n" SWEEP("one", "values: {until: [1]}"), "ones") == KITH_BAD_INPUT &&
-        says("did you mean 'one'"));
+        check_says("did you mean 'one'"));
   for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
-    CHECK(read_sweeps(study, wrong[k][0], NULL) == KITH_BAD_INPUT && says(wrong[k][1]));
+    CHECK(read_sweeps(study, wrong[k][0], NULL) == KITH_BAD_INPUT && check_says(wrong[k][1]));
 }
 
 /* The shipped sweeps and suites can be read. */
@@ -182,7 +176,7 @@ static void check_measures(void) {
   CHECK(kith_report_measure(report, "norms", &value) == KITH_BAD_FILE);
   CHECK(kith_report_measure(report, "steps.l1", &value) == KITH_BAD_FILE && isnan(value));
   CHECK(kith_report_measure("no/such/report.json", "steps", &value) == KITH_BAD_FILE);
-  CHECK(kith_report_measure(report, "steps / nothing", &value) == KITH_BAD_FILE && says("no nothing"));
+  CHECK(kith_report_measure(report, "steps / nothing", &value) == KITH_BAD_FILE && check_says("no nothing"));
 }
 
 int main(void) {

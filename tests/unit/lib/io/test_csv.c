@@ -22,12 +22,6 @@ static const char *read_text(void) {
   return all;
 }
 
-static bool says(const char *words) {
-  const bool found = strstr(kith_failure(), words) != NULL;
-  if (!found) fprintf(stderr, "no '%s' in: %s\n", words, kith_failure());
-  return found;
-}
-
 static const char names[] = "step,word,x";
 
 static void add(struct kith_csv_log *log, uint64_t first, uint64_t last) {
@@ -94,7 +88,7 @@ static void unusual_files(void) {
   for (size_t k = 0; k < sizeof others / sizeof *others; ++k) {
     write_text(others[k]);
     CHECK(kith_csv_log_open(&log, ".", path, names, &step) == KITH_BAD_FILE &&
-          says("its columns are not step,word,x"));
+          check_says("its columns are not step,word,x"));
     CHECK(log.file == NULL && strcmp(read_text(), others[k]) == 0);
   }
   CHECK_STATUS(KITH_BAD_FILE, kith_csv_log_open(&log, "no/such", "a.csv", names, NULL));
