@@ -3,9 +3,8 @@
 #include <jansson.h>
 #include <unistd.h>
 #include "app/output/output.h"
+#include "tests/unit/files.h"
 #include "tests/unit/scenario.h"
-
-static char directory[] = "history_XXXXXX";
 
 static const char box[] =
     "scene: box\n"
@@ -18,12 +17,6 @@ static const char box[] =
     "0.1]}]\n"
     "until: 1\n";
 
-static const char *path_in(const char *name) {
-  static char path[128];
-  snprintf(path, sizeof path, "%s/%s", directory, name);
-  return path;
-}
-
 /* A table that was read: the first row has the names, all are split into cells. */
 enum { MOST_ROWS = 8, MOST_COLUMNS = 32 };
 struct table {
@@ -32,9 +25,8 @@ struct table {
 };
 
 static void read_table(struct table *t, const char *path) {
-  FILE *file = fopen(path, "r");
   *t = (struct table){.n_rows = -1};
-  CHECK(file != NULL && fread(t->text, 1, sizeof t->text - 1, file) > 0 && fclose(file) == 0);
+  CHECK(load(path, t->text, sizeof t->text - 1) > 0);
   for (char *rest = t->text, *line; (line = strsep(&rest, "\n")) != NULL && line[0] != '\0';) {
     int n = 0;
     for (char *c; n < MOST_COLUMNS && (c = strsep(&line, ",")) != NULL;) t->cell[t->n_rows + 1][n++] = c;
@@ -143,10 +135,9 @@ static void series(void) {
 int main(void) {
   static const char *const files[] = {"history.csv", "snapshots.hdf.series", "snapshot_0000.hdf",
                                       "snapshot_0002.hdf", "snapshot_0003.hdf"};
-  CHECK(mkdtemp(directory) != NULL);
+  directory_make();
   steps();
   series();
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(path_in(files[k]));
-  CHECK(rmdir(directory) == 0);
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }

@@ -6,24 +6,12 @@
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "app/output/pictures/plot.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 
-static char directory[] = "plot-test-XXXXXX";
 static char text[4 << 20];
 
-static const char *path_in(const char *name) {
-  static char path[2][128];
-  static int turn;
-  char *p = path[turn++ % 2];
-  snprintf(p, sizeof path[0], "%s/%s", directory, name);
-  return p;
-}
-
-static const char *load(const char *name) {
-  FILE *f = fopen(path_in(name), "r");
-  CHECK(f != NULL);
-  text[f != NULL ? fread(text, 1, sizeof text - 1, f) : 0] = '\0';
-  if (f != NULL) fclose(f);
+static const char *text_of(const char *name) {
+  text[load(path_in(name), text, sizeof text - 1)] = '\0';
   return text;
 }
 
@@ -32,7 +20,8 @@ static const char *load(const char *name) {
 static int rows(const char *name, double last[5], double *least, double *most) {
   int n = 0;
   *least = INFINITY, *most = -INFINITY;
-  for (const char *line = strchr(load(name), '\n') + 1; *line != '\0'; line = strchr(line, '\n') + 1, ++n) {
+  for (const char *line = strchr(text_of(name), '\n') + 1; *line != '\0';
+       line = strchr(line, '\n') + 1, ++n) {
     CHECK(sscanf(line, "%lf %lf %lf %lf %lf", last, last + 1, last + 2, last + 3, last + 4) == 5);
     *least = fmin(*least, last[0]), *most = fmax(*most, last[0]);
   }
@@ -111,7 +100,7 @@ static void contents(void) {
     for (int i = 0; i < 100; ++i) velocity[(size_t)i * NDIM + a] = a == 1 ? 3 : 50;
   p.exact = &turning;
   CHECK_OK(kith_plot_write(&p, directory));
-  CHECK(strstr(load("plot.gp"), "azimuthal velocity") != NULL);
+  CHECK(strstr(text_of("plot.gp"), "azimuthal velocity") != NULL);
   rows("profile.dat", last, &least, &most);
   CHECK_CLOSE(last[0], 0.995, 1e-7);
   if (NDIM > 1) CHECK_CLOSE(last[2], 3, 1e-7);
@@ -128,7 +117,7 @@ static void contents(void) {
     for (int i = 0; i < 100; ++i) position[(size_t)i * NDIM + NDIM - 1] = z[k][i % 2];
     p.exact = k == 0 ? &radial : &turning;
     CHECK_OK(kith_plot_write(&p, directory));
-    CHECK(strstr(load("plot.gp"), k == 1 ? " at z = 0.5 (" : " at z = 0 (") != NULL);
+    CHECK(strstr(text_of("plot.gp"), k == 1 ? " at z = 0.5 (" : " at z = 0 (") != NULL);
   }
 }
 
@@ -145,7 +134,7 @@ static void default_pictures(void) {
     const struct kith_plot p = sample(50, cases[k].exact);
     for (kith_index i = 0; i < 50 && NDIM > 1; ++i) position[(size_t)i * NDIM + 1] = i % 7; /* not a tube */
     CHECK_OK(kith_plot_write(&p, directory));
-    load("plot.gp");
+    text_of("plot.gp");
     CHECK(occurrences(text, "profile.dat") == cases[k].curves &&
           occurrences(text, " binary ") == cases[k].maps);
   }
@@ -154,7 +143,7 @@ static void default_pictures(void) {
     int width = 0, height = 0;
     for (kith_index i = 0; i < 50; ++i) position[(size_t)i * NDIM + 1] = (flat ? 0.05 : 1) * (i % 7);
     CHECK_OK(kith_plot_write(&p, directory));
-    CHECK(sscanf(strstr(load("plot.gp"), "pngcairo noenhanced size "), "%*s %*s %*s %d,%d", &width,
+    CHECK(sscanf(strstr(text_of("plot.gp"), "pngcairo noenhanced size "), "%*s %*s %*s %d,%d", &width,
                  &height) == 2);
     CHECK(width == 1000 && (height < 900) == flat);
   }
@@ -200,14 +189,14 @@ static void thinned(void) {
   p.picture = &curves;
   CHECK_OK(kith_plot_write(&p, directory));
   CHECK(rows("profile.dat", last, &least, &most) == 20000 && least < 1.0001 && most > 1.9999);
-  char *first = strdup(load("profile.dat"));
+  char *first = strdup(text_of("profile.dat"));
   for (const char *line = strchr(text, '\n') + 1; *line != '\0'; line = strchr(line, '\n') + 1) {
     const double place = strtod(line, NULL);
     CHECK(place > before);
     before = place;
   }
   CHECK_OK(kith_plot_write(&p, directory));
-  CHECK(strcmp(first, load("profile.dat")) == 0);
+  CHECK(strcmp(first, text_of("profile.dat")) == 0);
   CHECK(rows("exact.dat", last, &least, &most) == 0);
   free(first);
 }
@@ -238,7 +227,7 @@ static void drawing(void) {
     FILE *f = fopen(path_in("plot.gp"), "w");
     CHECK(f != NULL && fputs("plot nonsense(\n", f) >= 0 && fclose(f) == 0);
     CHECK_STATUS(KITH_BAD_FILE, kith_gnuplot_run(directory, "plot"));
-    CHECK(strstr(kith_failure(), "plot.log") != NULL && strlen(load("plot.log")) > 0);
+    CHECK(strstr(kith_failure(), "plot.log") != NULL && strlen(text_of("plot.log")) > 0);
   } else {
     CHECK(status == KITH_UNSUPPORTED);
   }
@@ -254,7 +243,7 @@ int main(void) {
   static const char *const files[] = {"profile.dat", "exact.dat", "mean.dat",  "plot.gp",
                                       "plot.png",    "plot.pdf",  "map_1.bin", "map_2.bin",
                                       "map_3.bin",   "map_4.bin", "map_6.bin"};
-  CHECK(mkdtemp(directory) != NULL);
+  directory_make();
   CHECK_OK(kith_resize(&position, 0, MANY * NDIM, sizeof *position));
   CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));
   CHECK_OK(kith_resize(&scalar, 0, MANY, sizeof *scalar));
@@ -264,7 +253,6 @@ int main(void) {
   thinned();
   drawing();
   kith_free(&position), kith_free(&velocity), kith_free(&scalar);
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(path_in(files[k]));
-  CHECK(rmdir(directory) == 0);
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }

@@ -9,16 +9,9 @@
 
 #include "app/output/output.h"
 #include "app/output/pictures/probe_plot.h"
+#include "tests/unit/files.h"
 #include "tests/unit/oracle.h"
 #include "tests/unit/scenario.h"
-
-static char directory[] = "probes_XXXXXX";
-
-static const char *path_in(const char *name) {
-  static char path[128];
-  snprintf(path, sizeof path, "%s/%.100s", directory, name);
-  return path;
-}
 
 static const char box[] =
     "scene: box\n"
@@ -159,9 +152,7 @@ static void check_curves(const struct kith_scene *scene) {
 static void check_pixels(const char *name, const struct kith_probe *probe, double height) {
   float value[400] = {0};
   const int n[2] = {probe->points[0], probe->points[1]};
-  FILE *f = fopen(path_in(name), "rb");
-  CHECK(f != NULL && fread(value, sizeof *value, 400, f) == (size_t)(n[0] * n[1]));
-  if (f != NULL) fclose(f);
+  CHECK(load(path_in(name), value, sizeof value) == (size_t)(n[0] * n[1]) * sizeof *value);
   for (int j = 0; j < n[1]; ++j)
     for (int i = 0; i < n[0]; ++i) {
       const double x[3] = {i / (n[0] - 1.0), j / (n[1] - 1.0), height};
@@ -435,7 +426,8 @@ static void check_contacts(const char *settings) {
 }
 
 int main(void) {
-  CHECK(mkdtemp(directory) != NULL);
+  static const char *const files[] = {"probes.h5", "contacts.csv"};
+  directory_make();
   check_linear("csr");
   check_linear("compressed");
   check_pictures();
@@ -445,8 +437,6 @@ int main(void) {
   check_sparse();
   check_contacts("connectivity.storage=padded");
   check_contacts("connectivity.rebuild=displacement boundaries.x=periodic scheme.dt=0.0001");
-  unlink(path_in("probes.h5"));
-  unlink(path_in("contacts.csv"));
-  rmdir(directory);
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }

@@ -2,15 +2,12 @@
  * with known differences. */
 #include "app/study/study.h"
 
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include "lib/io/snapshot.h"
 #include "physics/hydro.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 
 enum { N = 6 };
-static char directory[] = "same-test-XXXXXX";
 
 /* Changes to a plain snapshot: nodes stored in reverse order; the density `to` of the node with id 2; the id
  * of that node; the time; the number of nodes. */
@@ -24,13 +21,10 @@ struct change {
 static const struct change plain = {false, 102, 2, 0.5, N};
 
 static const char *written(const char *name, struct change change) {
-  static char path[2][128];
-  static int turn;
   static const char *const names[1] = {"gas"};
-  char *out = path[turn++ % 2];
+  const char *const out = path_in(name);
   struct kith_nodes *nodes = NULL;
   struct kith_hydro hydro = {0};
-  snprintf(out, sizeof path[0], "%s/%s.hdf", directory, name);
   CHECK_OK(kith_nodes_create(&nodes, 1, names));
   CHECK_OK(kith_hydro_init(&hydro, nodes));
   CHECK_OK(kith_nodes_append(nodes, 0, change.n, NULL));
@@ -49,7 +43,7 @@ static const char *written(const char *name, struct change change) {
 /* Checks the difference as stored and by nodes, and the name of the field with the largest difference. */
 static void check(struct change a, struct change b, double stored, double by_nodes, const char *field) {
   struct kith_snapshot_diff diff;
-  const char *one = written("one", a), *other = written("other", b);
+  const char *one = written("one.hdf", a), *other = written("other.hdf", b);
   CHECK_OK(kith_snapshot_diff_files(one, other, false, &diff));
   CHECK(stored == 0 || isinf(stored) ? diff.difference == stored : diff.difference > 0);
   CHECK_OK(kith_snapshot_diff_files(one, other, true, &diff));
@@ -59,8 +53,8 @@ static void check(struct change a, struct change b, double stored, double by_nod
 
 int main(void) {
   struct kith_snapshot_diff diff;
-  char command[160];
-  if (mkdtemp(directory) == NULL) return 1;
+  static const char *const files[] = {"one.hdf", "other.hdf"};
+  directory_make();
   struct change b = plain;
   check(plain, b, 0, 0, "");
   b.backwards = true;
@@ -80,9 +74,9 @@ int main(void) {
   struct change zero = plain, minus = plain; /* no difference in value, but in bits */
   zero.to = 0, minus.to = -0.0;
   check(zero, minus, 1, 0, "");
-  const char *one = written("one", plain);
+  const char *one = written("one.hdf", plain);
   CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_diff_files(one, "missing.hdf", true, &diff));
   CHECK_STATUS(KITH_BAD_FILE, kith_snapshot_diff_files("/dev/null", one, false, &diff));
-  snprintf(command, sizeof command, "rm -r %s", directory);
-  return check_failed() || system(command) != 0;
+  directory_remove(sizeof files / sizeof *files, files);
+  return check_failed();
 }

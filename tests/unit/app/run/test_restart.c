@@ -1,11 +1,9 @@
 /* test_restart.c - restarts. Oracle: the uninterrupted run, to which a run that is stopped, written, read and
  * continued must be bitwise identical, with all schemes, rebuild policies and packages. */
 #include <omp.h>
-#include <unistd.h>
 #include "app/output/output.h"
+#include "tests/unit/files.h"
 #include "tests/unit/scenario.h"
-
-static char directory[] = "restart_XXXXXX";
 
 /* Fast nodes that cross periodic faces and meet walls; two materials, one of which may be frozen. */
 static const char box[] =
@@ -37,18 +35,13 @@ static const char streams[] =
     "method: {viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
     "until: 10\n";
 
-static void path_in(char path[64], const char *name) {
-  snprintf(path, 64, "%s/%s", directory, name);
-}
-
 /* Makes `steps` steps without a stop, and a run that is written after `stop` steps and continued by another
  * simulation. */
 static void check_restart(const char *yaml, const char *settings, int steps, int stop) {
   struct scenario whole = {0}, first = {0}, second = {0};
   struct kith_output output = {0}, later = {0};
   struct kith_conservation_baseline baseline = {0}, back = {0};
-  char path[64];
-  path_in(path, "checkpoint.kith");
+  const char *const path = path_in("checkpoint.kith");
   if (scenario_open(&whole, yaml, "%s", settings)) scenario_run(&whole, steps);
   if (scenario_open(&first, yaml, "%s", settings) && scenario_run(&first, stop)) {
     baseline.totals = first.start;
@@ -135,22 +128,13 @@ static void other_settings(void) {
   check_restart(box, "connectivity.rebuild=displacement", 10, 9);
 }
 
-static void clean_up(void) {
-  static const char *const files[] = {"checkpoint.kith", "checkpoint.kith.previous", "history.csv"};
-  char path[64];
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) {
-    path_in(path, files[k]);
-    unlink(path);
-  }
-  CHECK(rmdir(directory) == 0);
-}
-
 int main(void) {
+  static const char *const files[] = {"checkpoint.kith", "checkpoint.kith.previous", "history.csv"};
   omp_set_num_threads(1);
-  CHECK(mkdtemp(directory) != NULL);
+  directory_make();
   all_policies();
   after_reflections();
   other_settings();
-  clean_up();
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }

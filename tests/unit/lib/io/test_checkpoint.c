@@ -13,18 +13,9 @@
 #include <unistd.h>
 #include "lib/io/checkpoint.h"
 #include "lib/io/child.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 
-static char directory[] = "checkpoint-test-XXXXXX";
 static const char *const names[3] = {"gas", "empty", "wall"};
-
-static const char *path_in(const char *name) {
-  static char path[4][128];
-  static int turn;
-  char *p = path[turn++ % 4];
-  snprintf(p, sizeof path[0], "%s/%s", directory, name);
-  return p;
-}
 
 /* Fields of every type and kind, with -0, NaN and subnormal values; the U8 field does not fill whole
  * words. */
@@ -182,14 +173,6 @@ static void misuse(void) {
   CHECK(c == NULL && !exists(path_in("twice")) && !exists(path_in("twice.partial")));
 }
 
-static size_t load(const char *path, unsigned char *bytes, size_t room) {
-  FILE *f = fopen(path, "rb");
-  CHECK(f != NULL);
-  const size_t n = f != NULL ? fread(bytes, 1, room, f) : 0;
-  if (f != NULL) fclose(f);
-  return n;
-}
-
 /* Damaged files are in memory, since there are thousands of them. */
 static kith_status open_bytes(const unsigned char *bytes, size_t n) {
   char path[64];
@@ -288,19 +271,10 @@ static void killed_while_writing(void) {
   kith_nodes_destroy(&nodes);
 }
 
-static void clean_up(void) {
-  static const char *const files[] = {"trip", "run", "four", "extended", "twice", "good", "full", "killed"};
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) {
-    char previous[64];
-    snprintf(previous, sizeof previous, "%s.previous", files[k]);
-    unlink(path_in(files[k]));
-    unlink(path_in(previous));
-  }
-  CHECK(rmdir(directory) == 0); /* no other file is left */
-}
-
 int main(void) {
-  CHECK(mkdtemp(directory) != NULL);
+  static const char *const files[] = {"trip",     "trip.previous", "run",  "run.previous", "four",
+                                      "extended", "good",          "full", "killed",       "killed.previous"};
+  directory_make();
   round_trip(5, 2, 9);
   round_trip(0, 1, 0);
   round_trip(0, 0, 4);
@@ -311,6 +285,6 @@ int main(void) {
   other_dimension();
   full_disk();
   killed_while_writing();
-  clean_up();
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 #include "lib/io/csv.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 
 static char path[] = "csv-test-XXXXXX";
 
@@ -15,10 +15,7 @@ static void write_text(const char *read_text) {
 
 static const char *read_text(void) {
   static char all[8192];
-  FILE *f = fopen(path, "r");
-  CHECK(f != NULL);
-  all[f != NULL ? fread(all, 1, sizeof all - 1, f) : 0] = '\0';
-  if (f != NULL) fclose(f);
+  all[load(path, all, sizeof all - 1)] = '\0';
   return all;
 }
 

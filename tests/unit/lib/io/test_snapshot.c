@@ -11,18 +11,9 @@
 #include <unistd.h>
 #include "lib/io/snapshot.h"
 #include "physics/hydro.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 
-static char directory[] = "snapshot-test-XXXXXX";
 enum { GAS = 5, WALL = 3, N = GAS + WALL };
-
-static const char *path_in(const char *name) {
-  static char path[4][128];
-  static int turn;
-  char *p = path[turn++ % 4];
-  snprintf(p, sizeof path[0], "%s/%s", directory, name);
-  return p;
-}
 
 /* Node i has position i + a / 10 on axis a, velocity -(i + a / 10), density 100 + i, id 1000 + i; and there
  * are ghosts, which must not be written. */
@@ -174,14 +165,6 @@ static void check_attributes(hid_t file) {
   CHECK(H5Lexists(file, "Parameters", H5P_DEFAULT) == 0);
 }
 
-static size_t load(const char *path, unsigned char *bytes, size_t room) {
-  FILE *f = fopen(path, "rb");
-  CHECK(f != NULL);
-  const size_t n = f != NULL ? fread(bytes, 1, room, f) : 0;
-  if (f != NULL) fclose(f);
-  return n;
-}
-
 static void layout(void) {
   static unsigned char a[1 << 17], b[1 << 17];
   struct kith_nodes *nodes = make_nodes(GAS, WALL);
@@ -323,14 +306,13 @@ static void killed_processes(void) {
 
 int main(void) {
   static const char *const files[] = {"a.hdf", "b.hdf", "frozen.hdf", "empty.hdf", "long.hdf"};
-  CHECK(mkdtemp(directory) != NULL);
+  directory_make();
   layout();
   frozen();
   empty();
   long_note();
   failures();
   killed_processes();
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(path_in(files[k]));
-  CHECK(rmdir(directory) == 0);
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }
