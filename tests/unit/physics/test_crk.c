@@ -1,6 +1,6 @@
 /* test_crk.c - package crk. Oracle: sums over all images of all nodes (sph_world.h), with corrected kernels
  * by elimination of the full moment matrix and of its derivative, and forces and work by the sums of the
- * header. Also identities of corrected kernels, mirrors, gas at rest, and nodes in lines and flat bars. */
+ * header. Also identities of corrected kernels, gas at rest, and nodes in lines and flat bars. */
 #include <omp.h>
 #include "tests/unit/physics/sph_world.h"
 
@@ -294,41 +294,6 @@ static void check_worlds(void) {
       }
 }
 
-/* Walls are mirrors: the reflecting box is one of 2^d images in a periodic box of twice its size. */
-static void check_mirror(void) {
-  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
-  const int box[3] = {NDIM == 1 ? 12 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 5 : 3, 3};
-  const int twice[3] = {2 * box[0], 2 * box[1], 2 * box[2]}, images = 1 << NDIM;
-  struct world w, d;
-  create(&w, box, REFLECTING, 0.3, &m, 5);
-  create(&d, twice, PERIODIC, 0.3, &m, 5);
-  /* three lists of n / 3 nodes: images of node i are nodes images * i ... images * i + images - 1 */
-  const int n = w.nodes->n_internal;
-  CHECK(n % 3 == 0 && d.nodes->n_internal == images * n);
-  for (int k = 0; k < images * n; ++k) {
-    const int i = k / images;
-    d.hydro.mass->f64[k] = w.hydro.mass->f64[i], d.hydro.energy->f64[k] = w.hydro.energy->f64[i];
-    for (int a = 0; a < NDIM; ++a) {
-      const bool mirrored = (k % images >> a & 1) != 0;
-      const double x = w.nodes->position->f64[i * NDIM + a], v = w.hydro.velocity->f64[i * NDIM + a];
-      d.nodes->position->f64[k * NDIM + a] = mirrored ? d.length[a] - x : x;
-      d.hydro.velocity->f64[k * NDIM + a] = mirrored ? -v : v;
-    }
-  }
-  CHECK_OK(kith_integrator_start(&w.it));
-  CHECK_OK(kith_integrator_start(&d.it));
-  const double most = largest(w.hydro.acceleration->f64, n * NDIM),
-               rate = largest(w.hydro.energy_rate->f64, n);
-  for (int k = 0; k < images * n; ++k) {
-    for (int a = 0; a < NDIM; ++a)
-      CHECK_CLOSE(d.hydro.acceleration->f64[k * NDIM + a] * (k % images >> a & 1 ? -1 : 1),
-                  w.hydro.acceleration->f64[k / images * NDIM + a], 1e-12 * most); /* sums in another order */
-    CHECK_CLOSE(d.hydro.energy_rate->f64[k], w.hydro.energy_rate->f64[k / images], 1e-12 * rate);
-  }
-  world_destroy(&d);
-  world_destroy(&w);
-}
-
 /* Uniform gas on a lattice is at rest; on displaced nodes forces are small beside P / (rho spacing) = 2/3. */
 static void check_rest(double jitter, double most) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
@@ -468,7 +433,6 @@ static void check_refused(void) {
 
 int main(void) {
   check_worlds();
-  check_mirror();
   check_rest(0, 1e-12);
   check_rest(0.2, 0.3);
   check_sawtooth();
