@@ -40,28 +40,6 @@ static void kernel_of(const struct world *w, double hi, double hj, double r, dou
       (oracle_g(&w->kernel, r / hi) / pow(hi, NDIM + 2) + oracle_g(&w->kernel, r / hj) / pow(hj, NDIM + 2));
 }
 
-/* Solves A y = b by elimination with pivots; overwrites A. */
-static void solve(double a[ROWS][ROWS], double *b) {
-  for (int c = 0; c < ROWS; ++c) {
-    int pivot = c;
-    for (int r = c + 1; r < ROWS; ++r)
-      if (fabs(a[r][c]) > fabs(a[pivot][c])) pivot = r;
-    for (int k = 0; k < ROWS; ++k) {
-      const double t = a[c][k];
-      a[c][k] = a[pivot][k], a[pivot][k] = t;
-    }
-    const double t = b[c];
-    b[c] = b[pivot], b[pivot] = t;
-    for (int r = 0; r < ROWS; ++r) {
-      if (r == c) continue;
-      const double f = a[r][c] / a[c][c];
-      for (int k = c; k < ROWS; ++k) a[r][k] -= f * a[c][k];
-      b[r] -= f * b[c];
-    }
-  }
-  for (int r = 0; r < ROWS; ++r) b[r] /= a[r][r];
-}
-
 /* c solves M c = (1, 0, ..) with M = sum_j V_j W p p and p = (1, x); dc solves M dc = -dM c. */
 static void truth_kernel(const struct world *w, const struct truth *t, int i, struct kernels *out) {
   double m[ROWS][ROWS] = {{0}}, dm[NDIM][ROWS][ROWS] = {{{0}}}, copy[ROWS][ROWS];
@@ -92,14 +70,14 @@ static void truth_kernel(const struct world *w, const struct truth *t, int i, st
   memset(out->c[i], 0, sizeof out->c[i]);
   out->c[i][0] = 1;
   memcpy(copy, m, sizeof m);
-  solve(copy, out->c[i]);
+  truth_solve(ROWS, copy, 1, (double(*)[1])out->c[i]);
   for (int c = 0; c < NDIM; ++c) {
     for (int a = 0; a < ROWS; ++a) {
       out->dc[i][c][a] = 0;
       for (int b = 0; b < ROWS; ++b) out->dc[i][c][a] -= dm[c][a][b] * out->c[i][b];
     }
     memcpy(copy, m, sizeof m);
-    solve(copy, out->dc[i][c]);
+    truth_solve(ROWS, copy, 1, (double(*)[1])out->dc[i][c]);
   }
   for (int a = 0; a < NDIM; ++a) change2 += flux[a] * flux[a];
   const double spacing = t->support[i] / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);

@@ -57,7 +57,7 @@ static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const
   for (int a = 0, k = 0; a < NDIM; ++a)
     for (int b = a; b < NDIM; ++b) upper[k++] = moment[a][b];
   const bool regular = mfm_invert(upper, inverse); /* the threshold is that of the package */
-  if (regular) truth_solve(moment, flux);
+  if (regular) truth_solve(NDIM, moment, NDIM, flux);
   for (int a = 0; a < NDIM; ++a) slope[a] = regular ? flux[a][0] : 0;
 }
 
