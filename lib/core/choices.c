@@ -34,7 +34,11 @@ int kith_choices_index(const char *choices, const char *word) {
   return -1;
 }
 
-/* Optimal string alignment distance of a[n] and b[m], both at most LONGEST long. */
+static int folded(char c) {
+  return tolower((unsigned char)shown(c));
+}
+
+/* Optimal string alignment distance of a[n] and b[m], both at most LONGEST long, whatever their case. */
 static int distance(const char *a, int n, const char *b, int m) {
   int d[LONGEST + 1][LONGEST + 1];
   for (int i = 0; i <= n; ++i)
@@ -43,9 +47,9 @@ static int distance(const char *a, int n, const char *b, int m) {
         d[i][j] = i + j;
         continue;
       }
-      const int changed = d[i - 1][j - 1] + (shown(a[i - 1]) != shown(b[j - 1]));
+      const int changed = d[i - 1][j - 1] + (folded(a[i - 1]) != folded(b[j - 1]));
       d[i][j] = KITH_MIN(changed, 1 + KITH_MIN(d[i - 1][j], d[i][j - 1]));
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+      if (i > 1 && j > 1 && folded(a[i - 1]) == folded(b[j - 2]) && folded(a[i - 2]) == folded(b[j - 1]))
         d[i][j] = KITH_MIN(d[i][j], d[i - 2][j - 2] + 1);
     }
   return d[n][m];

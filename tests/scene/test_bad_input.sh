@@ -62,6 +62,7 @@ xyzzy=1|--set xyzzy: unknown key; known are base, scene, dimension,
 a..b=3|--set a..b=3: write it as key=value
 method.package=spf|--set method.package: 'spf' is not one of sph
 method.kernel=cubik|did you mean 'cubic'?
+method.package=SPH|'SPH' is not one of sph, crk, mfm, magma2, remix; did you mean 'sph'?
 method.viscosity.name=limitd|did you mean 'limited'?
 method.energy=thermic|--set method.energy
 scheme.name=leapfrogg|did you mean 'leapfrog'?
