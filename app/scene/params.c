@@ -178,6 +178,11 @@ static void find_maps(const struct kith_param *params, const char *map, const ch
   }
 }
 
+/* Choices are shown with '-', keys are written with '_'. */
+static void with_underscores(char *keys) {
+  for (; (keys = strchr(keys, '-')) != NULL;) *keys = '_';
+}
+
 /* BAD_INPUT for a key that no row has, with the maps of the scene that have it. Members may share keys: the
  * message names each once. */
 static kith_status check_key(const struct kith_param *params, const struct kith_config_node *child) {
@@ -196,7 +201,7 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
     snprintf(why, sizeof why, "not a key of %s, but of %s", map[0] != '\0' ? map : "the scene itself", maps);
   const bool near = kith_choices_suggest(known, child->key, told, sizeof told);
   if (!near) kith_choices_format(known, told, sizeof told);
-  for (char *c = told; (c = strchr(c, '-')) != NULL;) *c = '_'; /* keys are written with '_' */
+  with_underscores(told);
   if (near) return kith_config_fail(child, NULL, "%s; did you mean '%s'?", why, told);
   return maps[0] != '\0' ? kith_config_fail(child, NULL, "%s", why)
                          : kith_config_fail(child, NULL, "%s; known are %s", why, told);
@@ -279,10 +284,28 @@ static kith_status read_member(const struct kith_param *params, const struct kit
   return check_needs(chosen.params, map, selected->settings);
 }
 
+kith_status kith_params_want_map(const struct kith_param *params, const struct kith_config_node *node) {
+  const struct kith_param *chooser = find_chooser(params);
+  char path[256], keys[ROOM] = "", told[ROOM];
+  if (node->kind != KITH_CONFIG_SCALAR || node->null) return kith_config_want(node, KITH_CONFIG_MAP);
+  kith_config_path(node, chooser != NULL ? chooser->key : NULL, path, sizeof path);
+  for (const struct kith_param *p = params; p->key != NULL; ++p)
+    snprintf(keys + strlen(keys), sizeof keys - strlen(keys), "|%s", p->key);
+  kith_choices_format(keys, told, sizeof told);
+  with_underscores(told);
+  if (chooser == NULL)
+    return kith_config_fail(node, NULL, "'%.60s' where a map belongs; its keys are %s", node->text, told);
+  return node->location.line == 0
+             ? kith_config_fail(node, NULL, "'%.60s' where a map belongs; write %s=%.60s", node->text, path,
+                                node->text)
+             : kith_config_fail(node, NULL, "'%.60s' where a map belongs; write {%s: %.60s}", node->text,
+                                chooser->key, node->text);
+}
+
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map,
                              void *base) {
   const struct kith_param *chooser = find_chooser(params);
-  if (map != NULL) KITH_TRY(kith_config_want(map, KITH_CONFIG_MAP));
+  if (map != NULL && map->kind != KITH_CONFIG_MAP) return kith_params_want_map(params, map);
   for (const struct kith_config_node *child = map != NULL ? map->first : NULL; child != NULL;
        child = child->next)
     KITH_TRY(check_key(params, child));

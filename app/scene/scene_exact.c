@@ -68,7 +68,7 @@ static kith_status check_complete(const struct kith_exact_ops *ops, const void *
 kith_status kith_scene_exact(struct kith_scene *scene, const struct kith_config_node *node) {
   struct kith_selected exact = {.name = ""};
   if (node == NULL) return KITH_OK;
-  KITH_TRY(kith_config_want(node, KITH_CONFIG_MAP));
+  KITH_TRY(kith_params_want_map(kith_exact_params, node));
   KITH_TRY(kith_param_read(&kith_exact_params[0], node, &exact));
   scene->exact.ops = kith_exact_find(exact.name);
   KITH_TRY(kith_settings_create(&exact.settings, kith_family_member(kith_exact_member, exact.name), NULL));

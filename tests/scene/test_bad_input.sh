@@ -63,6 +63,11 @@ a..b=3|--set a..b=3: write it as key=value
 method.package=spf|--set method.package: 'spf' is not one of sph
 method.kernel=cubik|did you mean 'cubic'?
 method.package=SPH|'SPH' is not one of sph, crk, mfm, magma2, remix; did you mean 'sph'?
+method=crk|--set method: 'crk' where a map belongs; write method.package=crk
+scheme=rk2|--set scheme: 'rk2' where a map belongs; write scheme.name=rk2
+exact=riemann|--set exact: 'riemann' where a map belongs; write exact.name=riemann
+materials.gas=tait|--set materials.gas: 'tait' where a map belongs; write materials.gas.eos=tait
+domain=1|--set domain: '1' where a map belongs; its keys are lower, upper, across
 method.viscosity.name=limitd|did you mean 'limited'?
 method.energy=thermic|--set method.energy
 scheme.name=leapfrogg|did you mean 'leapfrog'?
