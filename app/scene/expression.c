@@ -3,7 +3,9 @@
 
 #include <math.h>
 #include <muParserDLL.h>
+#include <stdio.h>
 #include <string.h>
+#include "lib/core/choices.h"
 
 struct kith_expression {
   muParserHandle_t parser; /* owned */
@@ -12,8 +14,21 @@ struct kith_expression {
   bool constant, timed;    /* it has no variables; it has t */
 };
 
+/* Refuses with the parser's message; for what it does not know, with what a formula may have. */
 static kith_status refused(const struct kith_expression *self) {
-  KITH_FAIL(BAD_INPUT, "formula '%s': %s", self->formula, mupGetErrorMsg(self->parser));
+  static const char words[] =
+      "x|y|z|r|pi|e|sin|cos|tan|asin|acos|atan|atan2|sinh|cosh|tanh|asinh|acosh|atanh|exp|"
+      "ln|log|log2|log10|sqrt|abs|sign|rint|min|max|sum|avg";
+  char message[256], near[16], all[256];
+  snprintf(message, sizeof message, "%s", mupGetErrorMsg(self->parser)); /* the token takes its place */
+  if (strstr(message, "Unexpected token") == NULL && strstr(message, "Unexpected operator") == NULL)
+    KITH_FAIL(BAD_INPUT, "formula '%s': %s", self->formula, message);
+  if (kith_choices_suggest(words, mupGetErrorToken(self->parser), near, sizeof near))
+    KITH_FAIL(BAD_INPUT, "formula '%s': %s Did you mean '%s'?", self->formula, message, near);
+  kith_choices_format(words, all, sizeof all);
+  KITH_FAIL(BAD_INPUT,
+            "formula '%s': %s It may have numbers without units, + - * / ^ < <= > >= == != && || ? : (), %s",
+            self->formula, message, all);
 }
 
 /* Refuses `x = 0`, which the parser would take as an assignment of value 0: always a slip for `==`. */
