@@ -1,6 +1,7 @@
 /* options.c - parsing of the command line and its help, from the tables of options.h. */
 #include "app/cli/options.h"
 
+#include <ctype.h>
 #include <fcntl.h>
 #include <getopt.h>
 #include <math.h>
@@ -105,8 +106,23 @@ static double number(const struct row *row, const char *text) {
   return value;
 }
 
+/* Refuses an option that is given as a key: --set ranks=4. `until` and `output` are keys, too. */
+static void refuse_as_key(const char *text) {
+  const char *value = strchr(text, '=') + 1;
+  for (const struct row *row = rows; row < rows + N_ROWS; ++row) {
+    const bool key = kith_choices_index("until|output", row->name) >= 0,
+               numeric = row->kind == COUNT || row->kind == NUMBER; /* steps=block: of scheme */
+    if (key || !kith_name_is(row->name, text, strcspn(text, "?=")) ||
+        (numeric && !isdigit((unsigned char)value[0])))
+      continue;
+    refuse("--set %.60s: not a key of a scene, but an option: --%s%s%.60s", text, row->name,
+           row->argument != NULL ? " " : "", row->argument != NULL ? value : "");
+  }
+}
+
 static void add_override(struct kith_options *o, const char *text) {
   if (strchr(text, '=') == NULL) refuse("--set: '%.60s' is not KEY=VALUE", text);
+  refuse_as_key(text);
   if (o->n_overrides == KITH_MAX_OVERRIDES) refuse("--set: more than %d of them", KITH_MAX_OVERRIDES);
   o->overrides[o->n_overrides++] = text;
 }

@@ -68,6 +68,10 @@ scheme=rk2|--set scheme: 'rk2' where a map belongs; write scheme.name=rk2
 exact=riemann|--set exact: 'riemann' where a map belongs; write exact.name=riemann
 materials.gas=tait|--set materials.gas: 'tait' where a map belongs; write materials.gas.eos=tait
 domain=1|--set domain: '1' where a map belongs; its keys are lower, upper, across
+ranks=4|--set ranks=4: not a key of a scene, but an option: --ranks 4
+steps=4|--set steps=4: not a key of a scene, but an option: --steps 4
+profile=true|--set profile=true: not a key of a scene, but an option: --profile
+steps=block|--set steps: not a key of the scene itself, but of scheme
 regions.0.pressure=1 bar|Unexpected token "bar" found at position 2. It may have numbers without units
 regions.0.pressure=pow(x,2)|+ - * / ^ < <= > >= == != && || ? : (), x, y, z, r, pi, e, sin, cos, tan
 regions.0.pressure=Sin(x)|Unexpected token "Sin" found at position 0. Did you mean 'sin'?
