@@ -404,7 +404,8 @@ static void show_cheaper(const struct plan *plan, const struct kith_options *opt
       rest < 0.5 ? NULL : window,
       kith_rebuilds_lasting(&m->rebuilds) || it->nodes->activity != NULL
           ? NULL
-          : "connectivity.rebuild=displacement: Verlet lists with a skin; the same forces",
+          : "connectivity.rebuild=displacement: Verlet lists, for flow much slower than sound; they cost "
+            "time elsewhere; the same forces",
       traits.cheaper};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
