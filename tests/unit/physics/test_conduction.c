@@ -1,53 +1,14 @@
-/* test_conduction.c - package conduction. Oracles: the equation summed over all images of all nodes
- * (sph_world.h), with the normalization of kernel.h, which test_kernel.c tests; a barrier that conducts
- * nothing; explicit steps, for implicit ones; the exact decay of a wave. */
+/* test_conduction.c - package conduction. Oracles: the equation summed over all images of all nodes; a
+ * barrier that conducts nothing; explicit steps, for implicit ones; the exact decay of a wave. */
 #include "tests/unit/physics/added_world.h"
 #include "tests/unit/scenario.h"
 
-/* Sums of a few hundred terms, as for package sph. */
-static const double round_off = 1e-11;
-
-/* du/dt of node i by the equation, with conductivities and heat capacities by list. */
-static double heat_of(const struct world *w, const struct truth *t, int i, const double *k, const double *c) {
-  const double *u = w->hydro.energy->f64, *m = w->hydro.mass->f64;
+static void add_heat(const struct world *w, struct truth *t, int i, const struct partner *p) {
+  static const double conductivity[3] = {3, 0.2, 0.2}, heat[3] = {0.5, 2, 2};
+  const double *u = w->hydro.energy->f64;
   const uint8_t *list = w->nodes->list->u8;
-  double sum = 0;
-  const double flow = kith_kernel_gradient_sum(w->package.kernel, w->package.neighbors);
-  for (size_t e = t->partners.first[i]; e < t->partners.first[i + 1]; ++e) {
-    const struct partner *p = &t->partners.partner[e];
-    const int j = p->node;
-    const double hi = t->support[i], hj = t->support[j], ki = k[list[i]], kj = k[list[j]];
-    double slope = 0; /* (dW/dr) / r, the mean of both supports */
-    if (p->r < hi) slope += 0.5 * w->kernel.constant / pow(hi, NDIM + 2) * oracle_g(&w->kernel, p->r / hi);
-    if (p->r < hj) slope += 0.5 * w->kernel.constant / pow(hj, NDIM + 2) * oracle_g(&w->kernel, p->r / hj);
-    sum += 4 * ki * kj / (ki + kj) * m[j] / (t->density[i] * t->density[j]) *
-           (u[i] / c[list[i]] - u[j] / c[list[j]]) * slope / flow;
-  }
-  return sum;
-}
-
-static void check_sums(enum side side, enum kith_traversal traversal) {
-  const int cells[3] = {NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 3};
-  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, traversal, true, 0, 0};
-  const double k[3] = {3, 0.2, 0.2}, c[3] = {0.5, 2, 2};
-  struct added added;
-  struct world w;
-  struct truth t = {0};
-  double wanted[MOST];
-  world_create(&w, cells, side, 0.3, &m, 5);
-  added_attach(&added, &w, "conduction", "conductivity=3,0.2 specific_heat=0.5,2");
-  truth_density(&w, &t);
-  world_root(&w, &t);
-  world_base(&w);
-  truth_all(&w, &t);
-  for (int i = 0; i < w.nodes->n_internal; ++i) wanted[i] = t.rate[i] + heat_of(&w, &t, i, k, c);
-  CHECK_OK(world_evaluate(&w));
-  CHECK_OK(kith_package_evaluate(&w.package, w.connectivity, &w.it.kick));
-  CHECK_FIELD(w.hydro.energy_rate->f64, wanted, w.nodes->n_internal, round_off);
-  CHECK_FIELD(w.hydro.acceleration->f64, &t.acceleration[0][0], w.nodes->n_internal * NDIM, round_off);
-  truth_clear(&t);
-  added_detach(&w, 1, &added);
-  world_destroy(&w);
+  t->rate[i] +=
+      truth_diffusion(w, t, i, p, conductivity) * (u[i] / heat[list[i]] - u[p->node] / heat[list[p->node]]);
 }
 
 /* ---- in runs ---- */
@@ -131,10 +92,7 @@ static void check_decay(void) {
 }
 
 int main(void) {
-  for (int side = OPEN; side <= REFLECTING; ++side) {
-    check_sums((enum side)side, KITH_TRAVERSE_GATHER);
-    check_sums((enum side)side, KITH_TRAVERSE_PAIRS);
-  }
+  added_check_sums("conduction", "conductivity=3,0.2 specific_heat=0.5,2", add_heat);
   check_wall();
   check_implicit();
   if (NDIM < 3) check_decay(); /* in 3-D it takes seconds, and tests nothing else */
