@@ -163,6 +163,48 @@ static inline bool oracle_identical(const struct kith_connectivity *a, const str
   return !a->built.pairs || oracle_identical_pairs(&a->pairs, &b->pairs, &a->rows, a->rows.n);
 }
 
+/* A connectivity that was built with this search, and is valid. */
+static inline struct kith_connectivity *oracle_build(const struct kith_nodes *nodes,
+                                                     const struct kith_search_ops *ops,
+                                                     struct kith_requirements need,
+                                                     struct kith_excluder *chain) {
+  struct kith_search *search;
+  struct kith_connectivity *connectivity;
+  CHECK_OK(kith_search_create(&search, ops, nodes));
+  CHECK_OK(kith_search_update(search));
+  CHECK_OK(kith_connectivity_create(&connectivity));
+  CHECK_OK(kith_connectivity_build(connectivity, nodes, search, need, chain, NULL));
+  CHECK_OK(kith_connectivity_valid(connectivity, nodes));
+  if (ops->sweep != NULL && need.rows)
+    CHECK_OK(kith_connectivity_complete(connectivity, search, chain != NULL));
+  kith_search_destroy(&search);
+  return connectivity;
+}
+
+/* Builds everything with every search, without and with rows of ghosts, with whole intersections and those on
+ * the segment: the oracle agrees, and searches are bitwise identical. Returns the number of pairs. */
+static inline size_t oracle_conforms(const struct kith_nodes *nodes, struct kith_excluder *chain) {
+  size_t pairs = 0;
+  for (int variant = 0; variant < 4; ++variant) {
+    const struct kith_requirements need = {.rows = true,
+                                           .pairs = true,
+                                           .overlap_pairs = true,
+                                           .intersection = true,
+                                           .ghost_rows = variant & 1,
+                                           .on_segment = variant & 2};
+    struct kith_connectivity *first = oracle_build(nodes, kith_search_find("brute"), need, chain);
+    oracle_check(first, nodes, chain);
+    for (const struct kith_search_ops *const *ops = kith_search_all(); *ops != NULL; ++ops) {
+      struct kith_connectivity *other = oracle_build(nodes, *ops, need, chain);
+      CHECK(oracle_identical(first, other));
+      kith_connectivity_destroy(&other);
+    }
+    if (variant == 0) pairs = first->pairs.n;
+    kith_connectivity_destroy(&first);
+  }
+  return pairs;
+}
+
 /* Creates lists of count[l] nodes at random places in the unit box, with search radii between `search_radius`
  * and search_radius * ratio. */
 static inline struct kith_nodes *oracle_random(int n_lists, const int *count, double search_radius,

@@ -20,43 +20,11 @@ static struct kith_nodes *tagged_nodes(void) {
   return nodes;
 }
 
-static struct kith_connectivity *build(const struct kith_nodes *nodes, const struct kith_search_ops *ops,
-                                       struct kith_excluder *chain, int variant) {
-  const struct kith_requirements need = {
-      .overlap_pairs = true, .intersection = true, .ghost_rows = variant & 1, .on_segment = variant & 2};
-  struct kith_search *search;
-  struct kith_connectivity *c;
-  CHECK_OK(kith_search_create(&search, ops, nodes));
-  CHECK_OK(kith_search_update(search));
-  CHECK_OK(kith_connectivity_create(&c));
-  CHECK_OK(kith_connectivity_build(c, nodes, search, need, chain, NULL));
-  CHECK_OK(kith_connectivity_valid(c, nodes));
-  kith_search_destroy(&search);
-  return c;
-}
-
-/* Compares all variants and searches with the oracle. Returns the number of pairs. */
-static size_t conforms(const struct kith_nodes *nodes, struct kith_excluder *chain) {
-  size_t pairs = 0;
-  for (int variant = 0; variant < 4; ++variant) {
-    struct kith_connectivity *first = build(nodes, kith_search_find("brute"), chain, variant);
-    oracle_check(first, nodes, chain);
-    for (const struct kith_search_ops *const *ops = kith_search_all(); *ops != NULL; ++ops) {
-      struct kith_connectivity *other = build(nodes, *ops, chain, variant);
-      CHECK(oracle_identical(first, other));
-      kith_connectivity_destroy(&other);
-    }
-    if (variant == 0) pairs = first->pairs.n;
-    kith_connectivity_destroy(&first);
-  }
-  return pairs;
-}
-
 /* Returns the number of pairs that a chain, given in words, leaves. */
 static size_t pairs_left_by(const struct kith_nodes *nodes, const char *words) {
   struct kith_excluders chain;
   CHECK_OK(kith_excluders_create(&chain, words));
-  const size_t pairs = conforms(nodes, chain.n > 0 ? chain.excluder : NULL);
+  const size_t pairs = oracle_conforms(nodes, chain.n > 0 ? chain.excluder : NULL);
   kith_excluders_clear(&chain);
   return pairs;
 }
@@ -94,10 +62,10 @@ static void check_bonds(void) {
   for (int k = 0; k < 60; ++k) id[k][0] = k * 7 % 30, id[k][1] = k * 11 % 29;
   const struct kith_bonds bonds = {60, (const int64_t(*)[2])id};
   struct kith_excluder excluder = {.ops = &kith_excluder_bonds, .context = &bonds};
-  const size_t one = conforms(nodes, &excluder);
-  CHECK(one < conforms(nodes, NULL));
+  const size_t one = oracle_conforms(nodes, &excluder);
+  CHECK(one < oracle_conforms(nodes, NULL));
   id[3][0] = 0, id[3][1] = 1; /* the next set-up reads the new bond */
-  CHECK(conforms(nodes, &excluder) <= one + 2);
+  CHECK(oracle_conforms(nodes, &excluder) <= one + 2);
   const struct kith_selection set = {.nodes = nodes};
   CHECK(kith_excluder_rejects(&excluder, KITH_NARROW, &(struct kith_candidate){&set, &set, 1, 0, 0}));
   kith_excluder_bonds.clear(&excluder);
@@ -136,12 +104,12 @@ static void check_custom(void) {
   struct kith_nodes *nodes = tagged_nodes();
   const double width = 0.12;
   struct kith_excluder predicate = {.ops = &broad_ops};
-  const size_t broad = conforms(nodes, &predicate);
+  const size_t broad = oracle_conforms(nodes, &predicate);
   predicate.ops = &narrow_ops;
-  CHECK(conforms(nodes, &predicate) == broad);
+  CHECK(oracle_conforms(nodes, &predicate) == broad);
   struct kith_excluder far = {.ops = &far_ops, .context = &width};
   predicate.next = &far;
-  CHECK(conforms(nodes, &predicate) < broad);
+  CHECK(oracle_conforms(nodes, &predicate) < broad);
   struct kith_excluder wrong = {.ops = &wrong_ops};
   const struct kith_selection set = {.nodes = nodes};
   CHECK_STATUS(KITH_BAD_INPUT, kith_excluder_setup(&wrong, &set, &set));

@@ -11,40 +11,6 @@
 static const struct kith_requirements everything = {
     .rows = true, .pairs = true, .overlap_pairs = true, .intersection = true};
 
-static struct kith_connectivity *build(const struct kith_nodes *nodes, const struct kith_search_ops *ops,
-                                       struct kith_requirements need, struct kith_excluder *chain) {
-  struct kith_search *search;
-  struct kith_connectivity *connectivity;
-  CHECK_OK(kith_search_create(&search, ops, nodes));
-  CHECK_OK(kith_search_update(search));
-  CHECK_OK(kith_connectivity_create(&connectivity));
-  CHECK_OK(kith_connectivity_build(connectivity, nodes, search, need, chain, NULL));
-  CHECK_OK(kith_connectivity_valid(connectivity, nodes));
-  if (ops->sweep != NULL && need.rows)
-    CHECK_OK(kith_connectivity_complete(connectivity, search, chain != NULL));
-  kith_search_destroy(&search);
-  return connectivity;
-}
-
-/* Compares with the oracle; all searches must be bitwise identical. `variant`: bit 0 adds rows of ghosts, bit
- * 1 restricts intersections to the segment. */
-static void check_variant(const struct kith_nodes *nodes, struct kith_excluder *chain, int variant) {
-  struct kith_requirements need = everything;
-  need.ghost_rows = variant & 1, need.on_segment = variant & 2;
-  struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, chain);
-  oracle_check(first, nodes, chain);
-  for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
-    struct kith_connectivity *other = build(nodes, *ops, need, chain);
-    CHECK(oracle_identical(first, other));
-    kith_connectivity_destroy(&other);
-  }
-  kith_connectivity_destroy(&first);
-}
-
-static void check_all(const struct kith_nodes *nodes, struct kith_excluder *chain) {
-  for (int variant = 0; variant < 4; ++variant) check_variant(nodes, chain, variant);
-}
-
 static void add_ghosts(struct kith_nodes *nodes, int kinds, double depth) {
   for (int a = 0; a < NDIM; ++a, kinds /= 3)
     if (kinds % 3 > 0) oracle_ghosts(nodes, a, kinds % 3 == 2, depth);
@@ -57,7 +23,7 @@ static void random_nodes(void) {
     for (int lists = 1; lists <= 3; lists += 2) {
       /* search radii differ by up to 8 : 1 */
       struct kith_nodes *nodes = oracle_random(lists, counts[c], NDIM == 3 ? 0.06 : 0.03, 8, &state);
-      check_all(nodes, NULL);
+      oracle_conforms(nodes, NULL);
       kith_nodes_destroy(&nodes);
     }
 }
@@ -71,7 +37,7 @@ static void ghosts(void) {
   for (int k = 0; k < kinds; ++k) {
     struct kith_nodes *nodes = oracle_random(3, count, 0.08, 3, &state);
     add_ghosts(nodes, k, 0.24);
-    check_all(nodes, NULL);
+    oracle_conforms(nodes, NULL);
     kith_nodes_destroy(&nodes);
   }
 }
@@ -92,7 +58,7 @@ static void boundary_ghosts(void) {
                                      rest % 3 == 1 ? &kith_boundary_periodic : &kith_boundary_reflecting, a,
                                      0, 1, true, true));
     CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 2, NULL));
-    check_variant(nodes, NULL, k % 4);
+    oracle_conforms(nodes, NULL);
     kith_boundaries_clear(&boundaries);
     kith_nodes_destroy(&nodes);
   }
@@ -106,8 +72,8 @@ static void thin_box(void) {
   for (int a = 0; a < NDIM; ++a)
     CHECK_OK(kith_boundaries_add(&boundaries, &kith_boundary_periodic, a, 0, 1, true, true));
   CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 2, NULL));
-  check_variant(nodes, NULL, 0);
-  struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
+  oracle_conforms(nodes, NULL);
+  struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), everything, NULL);
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     CHECK(c->rows.first[i + 1] - c->rows.first[i] == 2 * NDIM);
   kith_connectivity_destroy(&c);
@@ -124,13 +90,13 @@ static void lattices(void) {
         const double h = 1.0 / n, search_radius = kind == 0 ? h : kind == 1 ? 2 * h : sqrt(2) * h;
         struct kith_nodes *nodes = oracle_lattice(lists, n, search_radius);
         if (n < 4) add_ghosts(nodes, 1 + 3 + 9, h); /* periodic, one layer deeper than the box */
-        check_all(nodes, NULL);
+        oracle_conforms(nodes, NULL);
         kith_nodes_destroy(&nodes);
       }
   /* Known: an inner node of a lattice with R = h has 2 NDIM neighbors; with R just below h it has none. */
   for (int below = 0; below < 2; ++below) {
     struct kith_nodes *nodes = oracle_lattice(1, 4, below ? nextafter(0.25, 0) : 0.25);
-    struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
+    struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), everything, NULL);
     const kith_index inner = NDIM == 1 ? 1 : NDIM == 2 ? 5 : 21;
     CHECK(c->rows.first[inner + 1] - c->rows.first[inner] == (below ? 0 : 2 * NDIM));
     kith_connectivity_destroy(&c);
@@ -151,7 +117,7 @@ static void activity(void) {
       nodes->activity->u8[i] = 100 * check_random(&state) < percent ? KITH_ACTIVE : KITH_IDLE;
     add_ghosts(nodes, 1 + 2 * 3 + 9, 0.3);
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
-      struct kith_connectivity *c = build(nodes, *ops, need, NULL);
+      struct kith_connectivity *c = oracle_build(nodes, *ops, need, NULL);
       oracle_check(c, nodes, NULL);
       CHECK((c->pairs.n > 0) == (percent > 0));
       kith_connectivity_destroy(&c);
@@ -169,7 +135,7 @@ static void coincident(void) {
   for (int i = 0; i < 5; ++i) nodes->search_radius->f64[i] = 0;
   for (int a = 0; a < NDIM; ++a) nodes->position->f64[10 * NDIM + a] = 1e6;
   ++nodes->positions;
-  check_all(nodes, NULL);
+  oracle_conforms(nodes, NULL);
   kith_nodes_destroy(&nodes);
 }
 
@@ -182,11 +148,11 @@ static void threads(void) {
   need.ghost_rows = true;
   struct kith_nodes *nodes = oracle_random(2, count, NDIM == 1 ? 0.005 : NDIM == 2 ? 0.03 : 0.07, 2, &state);
   add_ghosts(nodes, 1, 0.2);
-  struct kith_connectivity *first = build(nodes, kith_search_find("brute"), need, NULL);
+  struct kith_connectivity *first = oracle_build(nodes, kith_search_find("brute"), need, NULL);
   for (int t = 1; t <= 3; ++t) {
     omp_set_num_threads(t);
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
-      struct kith_connectivity *other = build(nodes, *ops, need, NULL);
+      struct kith_connectivity *other = oracle_build(nodes, *ops, need, NULL);
       CHECK(oracle_identical(first, other));
       kith_connectivity_destroy(&other);
     }
@@ -250,7 +216,7 @@ static void finds_wrong(const struct kith_connectivity *c, const struct kith_nod
 /* The check of validity finds one wrong number in any array. */
 static void wrong_numbers(void) {
   struct kith_nodes *nodes = oracle_lattice(1, 4, 0.5);
-  struct kith_connectivity *c = build(nodes, kith_search_find("tree"), everything, NULL);
+  struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), everything, NULL);
   struct kith_pairwise *factor;
   CHECK_OK(kith_pairwise_prepare(&c->pairs, &kith_f_couple, &factor));
   const kith_index n = kith_nodes_count(nodes);
@@ -286,7 +252,7 @@ static void incomplete_rows(void) {
   uint64_t state = 7;
   struct kith_nodes *nodes = oracle_random(1, &count, 0.4, 4, &state);
   struct kith_search *search;
-  struct kith_connectivity *c = build(nodes, &kith_search_spacetree, everything, NULL);
+  struct kith_connectivity *c = oracle_build(nodes, &kith_search_spacetree, everything, NULL);
   struct kith_rows *rows = &c->rows;
   CHECK_OK(kith_search_create(&search, &kith_search_spacetree, nodes));
   CHECK_STATUS(KITH_STALE, kith_connectivity_complete(c, search, false));

@@ -50,18 +50,6 @@ static bool crosses(const struct kith_excluder *excluder, const struct kith_cand
 static const struct kith_excluder_ops crossing = {
     .name = "crossing", .phase = KITH_NARROW, .reject = crosses};
 
-static struct kith_connectivity *build(const struct kith_nodes *nodes, struct kith_requirements need,
-                                       struct kith_excluder *excluders) {
-  struct kith_search *search;
-  struct kith_connectivity *connectivity;
-  CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
-  CHECK_OK(kith_search_update(search));
-  CHECK_OK(kith_connectivity_create(&connectivity));
-  CHECK_OK(kith_connectivity_build(connectivity, nodes, search, need, excluders, NULL));
-  kith_search_destroy(&search);
-  return connectivity;
-}
-
 /* Compares all factors, of which some must be 0, some 1 and some between. */
 static void check_factors(const struct kith_connectivity *c, const struct kith_nodes *nodes,
                           const struct rule *rule) {
@@ -97,7 +85,7 @@ static size_t check_coupling(uint64_t seed, bool on_segment, bool damaged) {
   }
   CHECK_OK(kith_nodes_number_images(nodes));
   oracle_ghosts(nodes, 0, false, 0.4);
-  struct kith_connectivity *c = build(nodes, need, NULL);
+  struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), need, NULL);
   const size_t before = c->pairs.n;
   CHECK_OK(kith_connectivity_couple(
       c, nodes, &(struct kith_coupling){barrier->u8, damaged ? damage->f64 : NULL, rule.thickness}));
@@ -105,7 +93,7 @@ static size_t check_coupling(uint64_t seed, bool on_segment, bool damaged) {
   CHECK_OK(kith_connectivity_valid(c, nodes));
   check_factors(c, nodes, &rule);
   struct kith_excluder excluder = {.ops = &crossing, .context = &rule};
-  struct kith_connectivity *fresh = build(nodes, need, &excluder);
+  struct kith_connectivity *fresh = oracle_build(nodes, kith_search_find("tree"), need, &excluder);
   CHECK(oracle_identical(c, fresh));
   CHECK_OK(kith_connectivity_canonical(c, nodes));
   check_factors(c, nodes, &rule);
@@ -119,7 +107,8 @@ static void check_needs(void) {
   const int count[1] = {5};
   uint64_t seed = 3;
   struct kith_nodes *nodes = oracle_random(1, count, 0.5, 1, &seed);
-  struct kith_connectivity *c = build(nodes, (struct kith_requirements){.rows = true, .pairs = true}, NULL);
+  struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"),
+                                             (struct kith_requirements){.rows = true, .pairs = true}, NULL);
   const struct kith_coupling by = {.barrier = nodes->list->u8, .thickness = 0.5};
   CHECK_STATUS(KITH_UNSUPPORTED, kith_connectivity_couple(c, nodes, &by));
   kith_connectivity_destroy(&c);

@@ -4,18 +4,6 @@
 
 enum { LIMIT = 4096 }; /* more nodes than any test here has */
 
-static struct kith_connectivity *build(const struct kith_nodes *nodes, const char *name,
-                                       struct kith_requirements need) {
-  struct kith_search *search;
-  struct kith_connectivity *connectivity;
-  CHECK_OK(kith_search_create(&search, kith_search_find(name), nodes));
-  CHECK_OK(kith_search_update(search));
-  CHECK_OK(kith_connectivity_create(&connectivity));
-  CHECK_OK(kith_connectivity_build(connectivity, nodes, search, need, NULL, NULL));
-  kith_search_destroy(&search);
-  return connectivity;
-}
-
 /* A pairwise value that depends on the positions of both ends, so that it identifies its pair. */
 static double factor(const struct kith_nodes *nodes, const kith_index *pair) {
   const double *x = nodes->position->f64;
@@ -44,7 +32,7 @@ static void cull_patch_compare(struct kith_nodes *nodes, struct kith_connectivit
   CHECK_OK(kith_connectivity_patch(c, nodes, renumber, old_count));
   CHECK_OK(kith_connectivity_fresh(c, nodes));
   CHECK_OK(kith_connectivity_valid(c, nodes));
-  struct kith_connectivity *fresh = build(nodes, "brute", c->built);
+  struct kith_connectivity *fresh = oracle_build(nodes, kith_search_find("brute"), c->built, NULL);
   CHECK(oracle_identical(c, fresh));
   for (size_t p = 0; p < c->pairs.n; ++p) {
     const double wanted = factor(nodes, c->pairs.node[p]);
@@ -77,7 +65,7 @@ static void unneeded_ghosts(void) {
       struct kith_requirements need = {.rows = true, .pairs = variant > 0, .intersection = variant > 1};
       need.on_segment = variant == 3, need.ghost_rows = variant == 4, need.overlap_pairs = variant == 5;
       struct kith_nodes *nodes = nodes_with_ghosts(k, 0.5, (uint64_t)k);
-      struct kith_connectivity *c = build(nodes, "tree", need);
+      struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), need, NULL);
       uint8_t keep[LIMIT] = {0};
       kith_connectivity_mark_ghosts(c, nodes, keep);
       /* Marked ghosts are those that some internal node interacts with. */
@@ -101,7 +89,7 @@ static void any_ghosts(void) {
     struct kith_requirements need = {.rows = true, .pairs = round % 4 > 0, .intersection = round % 4 > 1};
     need.on_segment = round % 4 == 3, need.ghost_rows = round >= 6;
     struct kith_nodes *nodes = nodes_with_ghosts(1 + 3 * (round % 3), 0.4, state);
-    struct kith_connectivity *c = build(nodes, "tree", need);
+    struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), need, NULL);
     for (int again = 0; again < 2; ++again) {
       uint8_t keep[LIMIT];
       const double kept = round % 5 == 0 ? 0 : 0.6;
@@ -127,7 +115,7 @@ static void whole_clusters(void) {
     for (kith_index k = 0; k < far.count; ++k) far.control[k] = k;
     const int near = nodes->n_ghost;
     CHECK_OK(kith_nodes_add_ghosts(nodes, &far));
-    struct kith_connectivity *c = build(nodes, "tree", need);
+    struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), need, NULL);
     uint8_t keep[LIMIT];
     for (int g = 0; g < nodes->n_ghost; ++g) keep[g] = cut ? g < near : 1;
     cull_patch_compare(nodes, c, keep);
@@ -138,7 +126,8 @@ static void whole_clusters(void) {
 
 static void refusals(void) {
   struct kith_nodes *nodes = nodes_with_ghosts(1, 0.4, 5);
-  struct kith_connectivity *c = build(nodes, "tree", (struct kith_requirements){.pairs = true});
+  struct kith_connectivity *c =
+      oracle_build(nodes, kith_search_find("tree"), (struct kith_requirements){.pairs = true}, NULL);
   kith_index renumber[LIMIT];
   const kith_index n = kith_nodes_count(nodes);
   for (kith_index i = 0; i < n; ++i) renumber[i] = i;

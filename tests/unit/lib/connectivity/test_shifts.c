@@ -20,19 +20,6 @@ static void *shifts_settings(void) {
   return settings;
 }
 
-static struct kith_connectivity *build(const struct kith_nodes *nodes, const struct kith_search_ops *ops,
-                                       struct kith_requirements need) {
-  struct kith_search *search;
-  struct kith_connectivity *c;
-  CHECK_OK(kith_search_create(&search, ops, nodes));
-  CHECK_OK(kith_search_update(search));
-  CHECK_OK(kith_connectivity_create(&c));
-  CHECK_OK(kith_connectivity_build(c, nodes, search, need, NULL, NULL));
-  CHECK_OK(kith_connectivity_valid(c, nodes));
-  kith_search_destroy(&search);
-  return c;
-}
-
 /* --- the oracle: all images of all nodes --- */
 
 struct image {
@@ -224,7 +211,7 @@ static void thin_boxes(void) {
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
       if (NDIM == 3 && (ops - kith_search_all()) % 2 != b / 2 % 2) continue; /* half of them, to save time */
       omp_set_num_threads(1 + b % 3);
-      struct kith_connectivity *c = build(nodes, *ops, these);
+      struct kith_connectivity *c = oracle_build(nodes, *ops, these, NULL);
       check_connectivity(&all, c);
       if (nodes->activity == NULL) check_lists(&all, c);
       kith_connectivity_destroy(&c);
@@ -247,7 +234,7 @@ static void thin_lattices(void) {
     for (int a = 0; a < NDIM; ++a) add_periodic(&boundaries, a, 1, settings);
     CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 1, NULL));
     struct kith_connectivity *c =
-        build(nodes, kith_search_find("tree"), (struct kith_requirements){.pairs = true});
+        oracle_build(nodes, kith_search_find("tree"), (struct kith_requirements){.pairs = true}, NULL);
     for (kith_index i = 0; i < nodes->n_internal; ++i)
       CHECK(c->rows.first[i + 1] - c->rows.first[i] == 2 * NDIM);
     CHECK(c->pairs.n == (size_t)(NDIM * nodes->n_internal));
@@ -277,7 +264,7 @@ static struct kith_nodes *mixed_boundaries(int kinds, bool ghosts, void *setting
     else if (kinds % 4 > 0)
       add_periodic(&boundaries, a, 1, kinds % 4 == 2 ? settings : NULL);
   CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 2, NULL));
-  *c = build(nodes, kith_search_find("grid"), need);
+  *c = oracle_build(nodes, kith_search_find("grid"), need, NULL);
   CHECK_OK(kith_connectivity_canonical(*c, nodes));
   kith_boundaries_clear(&boundaries);
   return nodes;
@@ -337,7 +324,7 @@ static void refusals(void) {
   add_periodic(&boundaries, 0, 1, settings);
   CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 1, NULL));
   struct kith_connectivity *c =
-      build(nodes, kith_search_find("tree"), (struct kith_requirements){.rows = true});
+      oracle_build(nodes, kith_search_find("tree"), (struct kith_requirements){.rows = true}, NULL);
   CHECK_OK(kith_connectivity_fresh(c, nodes));
   nodes->search_radius->f64[0] = 1.5;
   CHECK_OK(kith_boundaries_ghosts(&boundaries, nodes, 1, NULL));
