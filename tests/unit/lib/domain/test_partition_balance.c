@@ -262,7 +262,7 @@ static bool neighbors_are_in(const struct kith_partition *partition, bool (*tabl
 
 /* Two kinds of weights, one after the other: the imbalance falls with both, and each update keeps the
  * rules. */
-static void check_diffusion(const struct kith_cells *cells, int n_ranks, const char *text, int updates) {
+static void check_diffusion(const struct kith_cells *cells, int n_ranks, const char *text) {
   static double weight[MOST_CELLS];
   static bool table[MOST_RANKS][MOST_RANKS];
   struct rank_figures rank[MOST_RANKS];
@@ -273,7 +273,7 @@ static void check_diffusion(const struct kith_cells *cells, int n_ranks, const c
   for (int kind = 2; kind > 0; --kind) { /* first random, then the blast */
     weights(cells, kind, weight);
     const double first = load_figures(partition, weight, rank).imbalance;
-    for (int k = 0; k < updates; ++k) {
+    for (int k = 0; k < 8; ++k) {
       check_update(partition, weight);
       CHECK(!fixed || neighbors_are_in(partition, table, false));
     }
@@ -298,7 +298,7 @@ static void test_diffusion(void) {
     const struct kith_cells cells = thousand_cells(periodic);
     for (size_t t = 0; t < sizeof texts / sizeof texts[0]; ++t)
       for (int r = 0; r < 3 && check_failures == 0; ++r)
-        check_diffusion(&cells, ranks[periodic][r], texts[t], 8);
+        check_diffusion(&cells, ranks[periodic][r], texts[t]);
   }
 }
 
