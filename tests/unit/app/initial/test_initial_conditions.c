@@ -92,16 +92,6 @@ static void refuses(struct hand_scene *s, const char *first, const char *second)
   close_scene(s);
 }
 
-static double mass_of(const struct hand_scene *s, kith_index n) {
-  double sum = 0, lost = 0; /* compensated, so that the sum of the test is exact */
-  for (kith_index i = 0; i < n; ++i) {
-    const double m = s->hydro.mass->f64[i] - lost, next = sum + m;
-    lost = (next - sum) - m;
-    sum = next;
-  }
-  return sum;
-}
-
 /* One region: numbers, masses, ids, supports, and energies from the pressure. */
 static void one_region(void) {
   struct hand_scene s;
@@ -113,7 +103,7 @@ static void one_region(void) {
   CHECK(n == (NDIM == 1 ? 48 : NDIM == 2 ? 48 * 48 : 12 * 12 * 12));
   CHECK(s.nodes->lists[0].count == n && s.nodes->lists[1].count == 0);
   CHECK(strcmp(s.nodes->lists[1].name, "gas1") == 0);
-  CHECK_CLOSE(mass_of(&s, n), 2, 1e-12);
+  CHECK_CLOSE(kith_hydro_totals(&s.hydro).mass, 2, 1e-12);
   CHECK(!s.frozen);
   for (kith_index i = 0; i < n; ++i) {
     const double *x = s.nodes->position->f64 + i * NDIM;
@@ -155,7 +145,7 @@ static void equal_masses(enum kith_lattice lattice, double across) {
     high = fmax(high, s.hydro.mass->f64[i]);
   }
   CHECK(high / low < 1.02);
-  CHECK_CLOSE(mass_of(&s, n), 1.125 * volume, 1e-12 * volume);
+  CHECK_CLOSE(kith_hydro_totals(&s.hydro).mass, 1.125 * volume, 1e-12 * volume);
   CHECK_CLOSE(low / wanted, 1, 0.15); /* 8 cells across: each of two axes rounds by up to 1/16 */
   close_scene(&s);
 }
@@ -238,7 +228,7 @@ static void graded(void) {
     CHECK_CLOSE(s.hydro.density->f64[i], rho, 1e-14);
   }
   /* the midpoint sum of a sine over its period is exact */
-  CHECK_CLOSE(mass_of(&s, n), pow(2, NDIM), 1e-12 * 8);
+  CHECK_CLOSE(kith_hydro_totals(&s.hydro).mass, pow(2, NDIM), 1e-12 * 8);
   close_scene(&s);
 }
 
