@@ -6,7 +6,6 @@
  * half_shell hilbert; see app/manual/library.md. */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include "lib/comm/ranks.h"
 #include "lib/domain/partition/shell.h"

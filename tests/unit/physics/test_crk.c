@@ -1,7 +1,6 @@
 /* test_crk.c - package crk. Oracle: sums over all images of all nodes (sph_world.h), with corrected kernels
  * by elimination of the full moment matrix and of its derivative, and forces and work by the sums of the
  * header. Also identities of corrected kernels, gas at rest, and nodes in lines and flat bars. */
-#include <omp.h>
 #include "tests/unit/physics/sph_world.h"
 
 static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};

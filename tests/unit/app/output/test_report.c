@@ -3,7 +3,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>
-#include "app/cli/process.h"
 #include "app/output/report.h"
 #include "app/output/output.h"
 #include "tests/unit/scenario.h"

@@ -2,7 +2,6 @@
  * stay uniform; the balance of mass, momentum and energy with what passed the faces and obstacles; states by
  * formulas of time; small reflections of a wave that leaves. Also ids of new nodes, and what is refused. */
 #include <omp.h>
-#include "integrator/flow.h"
 #include "tests/unit/scenario.h"
 
 #define HEAD                                                                                            \

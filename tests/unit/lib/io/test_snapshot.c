@@ -3,11 +3,9 @@
 #include <hdf5.h>
 #include <pthread.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include "lib/io/snapshot.h"
 #include "physics/hydro.h"

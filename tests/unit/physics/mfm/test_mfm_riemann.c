@@ -1,6 +1,5 @@
 /* test_mfm_riemann.c - the approximate Riemann solver of package mfm. Oracle: the exact solver
  * (validation/exact), and limits that are known: contacts, cold gas, vacuum, isothermal and stiffened gas. */
-#include <string.h>
 #include "physics/mfm/riemann.h"
 #include "tests/check.h"
 #include "tests/unit/exact_settings.h"
