@@ -126,10 +126,13 @@ kith_status kith_connectivity_build(struct kith_connectivity *c, const struct ki
   reset(c);
   if (nodes->stretched != NULL && (need.overlap || need.intersection))
     KITH_FAIL(UNSUPPORTED, "overlap and intersection of supports that are ellipsoids");
+  const bool idle = any_idle(nodes);
+  if (idle && (need.ghost_rows || need.overlap || need.intersection))
+    KITH_FAIL(UNSUPPORTED, "rows of ghosts, overlap and intersection while nodes are idle");
   KITH_TRY(kith_excluder_keeps_pairs(excluders));
   KITH_TRY(kith_search_fresh(search));
   KITH_TRY(kith_list_spec_prepare(&spec, &c->scratch, &build));
-  build.selected = any_idle(nodes);
+  build.selected = idle;
   build.when_marked = c->when_marked, build.context = c->context;
   c->built = need;
   c->n = kith_nodes_count(nodes);

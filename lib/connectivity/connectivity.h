@@ -63,7 +63,8 @@ size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity);
 
 /* Builds what `need` requires, with rows that are a neighbor list of the nodes and themselves (list.h). STALE
  * if the search is. excluders: chain or NULL; BAD_INPUT if one makes rows that are not symmetric. profile:
- * stages rows, overlap, pairs, intersection; may be NULL. On failure nothing is there. */
+ * stages rows, overlap, pairs, intersection; may be NULL. UNSUPPORTED if rows of ghosts, overlap or
+ * intersection are required while nodes are idle. On failure nothing is there. */
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     struct kith_search *search, struct kith_requirements need,
                                     struct kith_excluder *excluders, struct kith_profile *profile);

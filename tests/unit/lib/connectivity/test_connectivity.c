@@ -105,9 +105,10 @@ static void lattices(void) {
 }
 
 /* Rows of active nodes are complete; rows of idle nodes hold active nodes only, ghosts too. From no active
- * node to all. */
+ * node to all. What takes complete rows of other nodes is refused while any is idle. */
 static void activity(void) {
-  const struct kith_requirements need = {.rows = true, .pairs = true};
+  const struct kith_requirements need = {.rows = true, .pairs = true},
+                                 more[] = {{.ghost_rows = true}, {.overlap = true}, {.intersection = true}};
   const int count[3] = {NDIM == 1 ? 80 : 300, 0, 60};
   uint64_t state = 23;
   for (int percent = 0; percent <= 100; percent += percent < 4 ? 2 : 48) {
@@ -120,6 +121,13 @@ static void activity(void) {
       struct kith_connectivity *c = oracle_build(nodes, *ops, need, NULL);
       oracle_check(c, nodes, NULL);
       CHECK((c->pairs.n > 0) == (percent > 0));
+      struct kith_search *search;
+      CHECK_OK(kith_search_create(&search, *ops, nodes));
+      CHECK_OK(kith_search_update(search));
+      for (int k = 0; k < 3; ++k)
+        CHECK_STATUS(percent < 100 ? KITH_UNSUPPORTED : KITH_OK,
+                     kith_connectivity_build(c, nodes, search, more[k], NULL, NULL));
+      kith_search_destroy(&search);
       kith_connectivity_destroy(&c);
     }
     kith_nodes_destroy(&nodes);
