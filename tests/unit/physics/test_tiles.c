@@ -17,7 +17,8 @@ static const char box[] =
     "until: 1\n";
 
 static void check(const char *settings) {
-  static const char *const rates[] = {"acceleration", "energy_rate", "signal", "velocity", "energy"};
+  static const char *const rates[] = {"acceleration", "energy_rate", "signal",
+                                      "velocity",     "energy",      "support"};
   const int before = check_failures;
   struct scenario gather = {0}, pairs = {0}, alone = {0};
   if (scenario_open(&gather, box, "%s traversal=gather", settings) &&
@@ -50,6 +51,7 @@ int main(void) {
     check(text);
   }
   check("method.package=sph boundaries.x=reflecting");
+  check("method.package=sph method.energy=thermal");
   check("method.package=crk boundaries={\"x\":{\"kind\":\"periodic\",\"images\":\"shifts\"}}");
   check(
       "method.package=mfm boundaries.x=[inflow,outflow] regions.0.velocity=[2,0,0] "
