@@ -3,8 +3,8 @@
  * Packages that add rates raise the entropy and add exactly nothing to gas of one velocity and temperature;
  * packages that couple pairs change nothing if no node is damaged. The oracle is in each case the same gas
  * without the package, or evaluated in another way. */
-#include <omp.h>
 #include "tests/unit/physics/added_world.h"
+#include "tests/unit/physics/invariances.h"
 
 static const int box[3] = {NDIM == 1 ? 15 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 3};
 enum { ADDED = KITH_ADDED_PACKAGES };
@@ -73,27 +73,6 @@ static void destroy(struct world *w, const struct variant *v, struct added added
   world_destroy(w);
 }
 
-static void evaluate(struct world *w) {
-  world_base(w);
-  CHECK_OK(kith_integrator_rates(&w->it));
-}
-
-/* Rates by global id, since nodes may be reordered. */
-struct rates {
-  int n;
-  double acceleration[MOST * NDIM], rate[MOST];
-};
-
-static void store_rates(struct rates *r, const struct world *w) {
-  memset(r, 0, sizeof *r);
-  r->n = w->nodes->n_internal;
-  for (int i = 0; i < r->n; ++i) {
-    const int at = (int)w->nodes->id->i64[i] - 100;
-    for (int a = 0; a < NDIM; ++a) r->acceleration[at * NDIM + a] = w->hydro.acceleration->f64[i * NDIM + a];
-    r->rate[at] = w->hydro.energy_rate->f64[i];
-  }
-}
-
 static struct rates rates_of(const struct variant *v, const double *common) {
   struct added added[ADDED];
   struct world w;
@@ -115,30 +94,13 @@ static void compare(const struct rates *got, const struct rates *wanted, double 
 
 /* ---- conservation ---- */
 
-/* sum m a = 0 and sum m (du/dt + v . a) = 0; steps of any scheme conserve energy. */
 static void check_conservation(const struct variant *v, enum side side, const char *scheme) {
   struct added added[ADDED];
   struct world w;
   create(&w, v, side, added);
   evaluate(&w);
-  if (side != REFLECTING) world_momentum(&w, 1, 1e-12);
-  double rate = 0, size = 0;
-  for (int i = 0; i < w.nodes->n_internal; ++i) {
-    const double mass = w.hydro.mass->f64[i], *u = w.hydro.velocity->f64 + i * NDIM;
-    const double power = mass * kith_dot(u, w.hydro.acceleration->f64 + i * NDIM);
-    rate += mass * w.hydro.energy_rate->f64[i] + power;
-    size += mass * fabs(w.hydro.energy_rate->f64[i]) + fabs(power);
-  }
-  CHECK_CLOSE(rate, 0, 1e-13 * size);
-  w.it.scheme = kith_scheme_find(scheme);
-  CHECK_OK(kith_integrator_start(&w.it));
-  const struct kith_totals before = kith_hydro_totals(&w.hydro);
-  for (int k = 0; k < 4; ++k) CHECK_OK(kith_integrator_step(&w.it, 10));
-  const struct kith_totals after = kith_hydro_totals(&w.hydro);
-  CHECK_CLOSE((after.kinetic + after.internal) / (before.kinetic + before.internal), 1, 1e-13);
-  CHECK(after.internal != before.internal);
-  for (int a = 0; a < NDIM && side != REFLECTING; ++a)
-    CHECK_CLOSE(after.momentum[a], before.momentum[a], 1e-13 * before.momentum_scale);
+  check_rates_conserve(&w);
+  check_steps_conserve(&w, scheme);
   destroy(&w, v, added);
 }
 
@@ -194,21 +156,11 @@ static void check_coupled(const struct variant *v) {
 
 /* ---- invariance ---- */
 
-/* After whole steps, nodes are bitwise identical for 1 and 2 threads. */
 static void check_threads(const struct variant *v) {
-  const int threads = omp_get_max_threads();
   struct added added[2][ADDED];
   struct world w[2];
-  for (int k = 0; k < 2; ++k) {
-    omp_set_num_threads(k + 1);
-    create(&w[k], v, PERIODIC, added[k]);
-    CHECK_OK(kith_integrator_start(&w[k].it));
-    for (int step = 0; step < 2; ++step) CHECK_OK(kith_integrator_step(&w[k].it, 10));
-  }
-  omp_set_num_threads(threads);
-  const size_t n = (size_t)w[0].nodes->n_internal;
-  CHECK(memcmp(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM * sizeof(double)) == 0);
-  CHECK(memcmp(w[0].hydro.energy->f64, w[1].hydro.energy->f64, n * sizeof(double)) == 0);
+  for (int k = 0; k < 2; ++k) create(&w[k], v, PERIODIC, added[k]);
+  check_threads_agree(w);
   for (int k = 0; k < 2; ++k) destroy(&w[k], v, added[k]);
 }
 

@@ -3,8 +3,7 @@
  * traversal, the threads, the frame of reference or on whether neighbors are nodes or ghosts. New members and
  * choices are covered without changes here. The oracles are these invariances; the equations of each package
  * are tested by its own tests. */
-#include <omp.h>
-#include "tests/unit/physics/sph_world.h"
+#include "tests/unit/physics/invariances.h"
 
 /* The number of nodes is divisible by 3, for three equal lists; the box is thinner than the supports along
  * one axis. */
@@ -20,32 +19,6 @@ static void create(struct world *w, const struct variant *v, const int *cells, e
                    double jitter) {
   world_create(w, cells, side, jitter, &v->method, 77);
   world_package(w, v->package, &v->method, v->settings);
-}
-
-/* Evaluates rates, after the supports. Kicks start from the present velocity. */
-static void evaluate(struct world *w) {
-  world_base(w);
-  CHECK_OK(kith_integrator_rates(&w->it));
-}
-
-/* The results of a package, by global id. */
-struct rates {
-  int n;
-  uint64_t evaluations;
-  double acceleration[MOST * NDIM], rate[MOST], signal[MOST], density[MOST];
-};
-
-static void store_rates(struct rates *r, const struct world *w) {
-  memset(r, 0, sizeof *r);
-  r->n = w->nodes->n_internal;
-  r->evaluations = w->package.pair_evaluations;
-  for (int i = 0; i < r->n; ++i) {
-    const int at = (int)w->nodes->id->i64[i] - 100;
-    for (int a = 0; a < NDIM; ++a) r->acceleration[at * NDIM + a] = w->hydro.acceleration->f64[i * NDIM + a];
-    r->rate[at] = w->hydro.energy_rate->f64[i];
-    r->signal[at] = w->package.signal->f64[i];
-    r->density[at] = w->hydro.density->f64[i];
-  }
 }
 
 /* Sums in another order, relative to the largest value. */
@@ -83,25 +56,14 @@ static double mechanical_energy(const struct world *w) {
   return t.kinetic + t.internal;
 }
 
-/* sum m a = 0 and sum m (du/dt + v . a) = 0. With `gather` each end evaluates the pair by itself, so that
+/* With `gather` each end evaluates the pair by itself, so that
  * this tests the symmetry of the pair function under exchange of i and j: -f, q_j, q_i. Compatible energies
  * also keep sum m (v^2 / 2 + u) in kicks of any length. */
 static void check_conservation(const struct variant *v, enum side side) {
   struct world w;
   create(&w, v, box, side, 0.3);
   evaluate(&w);
-  if (side != REFLECTING) world_momentum(&w, 1, 1e-12); /* walls take momentum */
-  double rate = 0, size = 0;
-  for (int i = 0; i < w.nodes->n_internal; ++i) {
-    const double mass = w.hydro.mass->f64[i];
-    rate += mass * w.hydro.energy_rate->f64[i], size += mass * fabs(w.hydro.energy_rate->f64[i]);
-    for (int a = 0; a < NDIM; ++a) {
-      const double power =
-          mass * w.hydro.velocity->f64[i * NDIM + a] * w.hydro.acceleration->f64[i * NDIM + a];
-      rate += power, size += fabs(power);
-    }
-  }
-  CHECK_CLOSE(rate, 0, 1e-13 * size);
+  check_rates_conserve(&w);
   const double before = mechanical_energy(&w), parts[] = {0.3, 0.1, 0.2};
   for (int k = 0; v->method.compatible && k < 3; ++k) {
     kith_kick(&w.it, parts[k]);
@@ -110,20 +72,10 @@ static void check_conservation(const struct variant *v, enum side side) {
   world_destroy(&w);
 }
 
-/* With compatible energies, steps of a scheme conserve energy and momentum. */
 static void check_steps(const struct variant *v, const char *scheme, enum side side) {
   struct world w;
   create(&w, v, box, side, 0.2);
-  w.it.scheme = kith_scheme_find(scheme);
-  CHECK_OK(kith_integrator_start(&w.it));
-  const struct kith_totals before = kith_hydro_totals(&w.hydro);
-  for (int k = 0; k < (NDIM == 3 ? 3 : 8); ++k) CHECK_OK(kith_integrator_step(&w.it, 10));
-  const struct kith_totals after = kith_hydro_totals(&w.hydro);
-  const double energy = before.kinetic + before.internal;
-  CHECK_CLOSE((after.kinetic + after.internal) / energy, 1, 1e-13);
-  CHECK(fabs(after.kinetic - before.kinetic) > 1e-6 * energy); /* the nodes were accelerated */
-  for (int a = 0; a < NDIM && side != REFLECTING; ++a)
-    CHECK_CLOSE(after.momentum[a], before.momentum[a], 1e-13 * before.momentum_scale);
+  check_steps_conserve(&w, scheme);
   world_destroy(&w);
 }
 
@@ -166,21 +118,10 @@ static void check_permutation(const struct variant *v, const struct rates *wante
   world_destroy(&w);
 }
 
-/* After whole steps, nodes are bitwise identical for 1 and 2 threads. */
 static void check_threads(const struct variant *v) {
-  const int threads = omp_get_max_threads();
   struct world w[2];
-  for (int k = 0; k < 2; ++k) {
-    omp_set_num_threads(k + 1);
-    create(&w[k], v, box, PERIODIC, 0.3);
-    CHECK_OK(kith_integrator_start(&w[k].it));
-    for (int step = 0; step < 2; ++step) CHECK_OK(kith_integrator_step(&w[k].it, 10));
-  }
-  omp_set_num_threads(threads);
-  const size_t n = (size_t)w[0].nodes->n_internal;
-  CHECK(memcmp(w[0].nodes->position->f64, w[1].nodes->position->f64, n * NDIM * sizeof(double)) == 0);
-  CHECK(memcmp(w[0].hydro.acceleration->f64, w[1].hydro.acceleration->f64, n * NDIM * sizeof(double)) == 0);
-  CHECK(memcmp(w[0].hydro.energy->f64, w[1].hydro.energy->f64, n * sizeof(double)) == 0);
+  for (int k = 0; k < 2; ++k) create(&w[k], v, box, PERIODIC, 0.3);
+  check_threads_agree(w);
   for (int k = 0; k < 2; ++k) world_destroy(&w[k]);
 }
 
