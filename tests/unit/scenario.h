@@ -23,8 +23,9 @@ enum { SCENARIO_SETTINGS = 16 };
 static inline bool scenario_open(struct scenario *s, const char *yaml, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-static inline bool scenario_make(struct scenario *s, struct kith_ranks *ranks, const char *yaml,
-                                 char *settings) {
+/* Splits `settings`. */
+static inline kith_status scenario_create(struct scenario *s, struct kith_ranks *ranks, const char *yaml,
+                                          char *settings) {
   const char *overrides[SCENARIO_SETTINGS];
   char dimension[] = "dimension=0", *rest = NULL;
   int n = 0;
@@ -34,9 +35,13 @@ static inline bool scenario_make(struct scenario *s, struct kith_ranks *ranks, c
   for (char *word = strtok_r(settings, " ", &rest); word != NULL && n < SCENARIO_SETTINGS;
        word = strtok_r(NULL, " ", &rest))
     overrides[n++] = word;
-  CHECK_OK(kith_scene_parse(&s->scene, "scenario.yaml", yaml, strlen(yaml), n, overrides));
-  if (s->scene == NULL) return false;
-  CHECK_OK(kith_simulation_create(&s->simulation, s->scene, ranks, NULL, true));
+  KITH_TRY(kith_scene_parse(&s->scene, "scenario.yaml", yaml, strlen(yaml), n, overrides));
+  return kith_simulation_create(&s->simulation, s->scene, ranks, NULL, true);
+}
+
+static inline bool scenario_make(struct scenario *s, struct kith_ranks *ranks, const char *yaml,
+                                 char *settings) {
+  CHECK_OK(scenario_create(s, ranks, yaml, settings));
   return s->simulation != NULL;
 }
 
@@ -49,28 +54,19 @@ static inline bool scenario_open(struct scenario *s, const char *yaml, const cha
   return scenario_make(s, NULL, yaml, settings);
 }
 
-/* Returns the status of creating a simulation with these settings. */
-static inline kith_status scenario_status(const char *yaml, const char *settings) {
-  struct kith_scene *scene = NULL;
-  struct kith_simulation *simulation = NULL;
-  char words[256], dimension[] = "dimension=0", *rest = NULL;
-  const char *overrides[SCENARIO_SETTINGS] = {dimension};
-  int n = 1;
-  dimension[10] = (char)('0' + NDIM);
-  snprintf(words, sizeof words, "%s", settings);
-  for (char *word = strtok_r(words, " ", &rest); word != NULL && n < SCENARIO_SETTINGS;
-       word = strtok_r(NULL, " ", &rest))
-    overrides[n++] = word;
-  kith_status status = kith_scene_parse(&scene, "scenario.yaml", yaml, strlen(yaml), n, overrides);
-  if (status == KITH_OK) status = kith_simulation_create(&simulation, scene, NULL, NULL, true);
-  kith_simulation_destroy(&simulation);
-  kith_scene_destroy(&scene);
-  return status;
-}
-
 static inline void scenario_close(struct scenario *s) {
   kith_simulation_destroy(&s->simulation);
   kith_scene_destroy(&s->scene);
+}
+
+/* Returns the status of creating a simulation with these settings. */
+static inline kith_status scenario_status(const char *yaml, const char *settings) {
+  struct scenario s;
+  char words[256];
+  snprintf(words, sizeof words, "%s", settings);
+  const kith_status status = scenario_create(&s, NULL, yaml, words);
+  scenario_close(&s);
+  return status;
 }
 
 /* Computes the first rates and stores the totals that conservation errors refer to. */

@@ -389,36 +389,14 @@ static void without_energy(void) {
 /* --- refusals --- */
 
 static void refused(const char *settings, const char *message) {
-  struct kith_scene *scene = NULL;
-  struct kith_simulation *simulation = NULL;
-  const char *overrides[4] = {settings};
-  char copy[256], dimension[] = "dimension=0", *rest = NULL;
-  dimension[10] = (char)('0' + NDIM);
-  int n = 0;
-  snprintf(copy, sizeof copy, "%s", settings);
-  for (char *word = strtok_r(copy, " ", &rest); word != NULL && n < 3; word = strtok_r(NULL, " ", &rest))
-    overrides[n++] = word;
-  overrides[n++] = dimension;
-  CHECK_OK(kith_scene_parse(&scene, "box.yaml", box, strlen(box), n, overrides));
-  if (scene == NULL) return;
-  CHECK(kith_simulation_create(&simulation, scene, NULL, NULL, false) == KITH_BAD_INPUT &&
-        simulation == NULL);
+  CHECK_STATUS(KITH_BAD_INPUT, scenario_status(box, settings));
   CHECK(check_says(message));
-  kith_scene_destroy(&scene);
-}
-
-/* Choices of a parameter are checked before a simulation is created. */
-static void refused_table(const char *setting, const char *message) {
-  struct kith_scene *scene = NULL;
-  const char *const dimension[] = {"dimension=1", "dimension=2", "dimension=3"};
-  const char *overrides[] = {"scheme.name=arkode", setting, dimension[NDIM - 1]};
-  CHECK_STATUS(KITH_BAD_INPUT, kith_scene_parse(&scene, "box.yaml", box, strlen(box), 3, overrides));
-  CHECK(strstr(kith_failure(), message) != NULL);
 }
 
 static void refusals(void) {
-  refused_table("scheme.table=dormand-prince-7-4-4", "did you mean 'dormand-prince-7-4-5'?");
-  refused_table("scheme.table=butcher", "scheme.table: 'butcher' is not one of heun-euler-2-1-2, ");
+  refused("scheme.name=arkode scheme.table=dormand-prince-7-4-4", "did you mean 'dormand-prince-7-4-5'?");
+  refused("scheme.name=arkode scheme.table=butcher",
+          "scheme.table: 'butcher' is not one of heun-euler-2-1-2, ");
   refused("scheme.name=rk4 method.energy=compatible",
           "scheme.name: rk4 cannot keep energy compatible: energies that follow from kicks are no rate");
   refused("scheme.name=arkode method.energy=compatible", "give it method.energy=thermal");

@@ -74,16 +74,10 @@ static void check_refused(void) {
                {"bonds", "a program gives them"}};
   char text[2048];
   for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k) {
-    struct kith_scene *scene = NULL;
-    struct kith_simulation *m = NULL;
-    const char *dimension[] = {NDIM == 1 ? "dimension=1" : NDIM == 2 ? "dimension=2" : "dimension=3"};
     snprintf(text, sizeof text, "%sconnectivity: {exclude: '%s'}\n", mixture, wrong[k].exclude);
     memcpy(strstr(text, "SIZE"), "1.00", 4);
-    kith_status status = kith_scene_parse(&scene, "f", text, strlen(text), 1, dimension);
-    if (status == KITH_OK) status = kith_simulation_create(&m, scene, NULL, NULL, false);
-    CHECK(status == KITH_BAD_INPUT && check_says(wrong[k].why) && check_says("connectivity.exclude"));
-    kith_simulation_destroy(&m);
-    kith_scene_destroy(&scene);
+    CHECK_STATUS(KITH_BAD_INPUT, scenario_status(text, ""));
+    CHECK(check_says(wrong[k].why) && check_says("connectivity.exclude"));
   }
 }
 

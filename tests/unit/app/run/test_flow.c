@@ -195,17 +195,10 @@ static void layers_keep_time(void) {
 static void refused(const char *faces, const char *regions, const char *settings, const char *message) {
   char yaml[2000];
   struct scenario s = {0};
-  const char *overrides[SCENARIO_SETTINGS] = {NULL};
-  char words[256], *rest = NULL, dimension[] = "dimension=0";
-  int n = 0;
-  dimension[10] = (char)('0' + NDIM);
-  overrides[n++] = dimension;
+  char words[256];
   snprintf(words, sizeof words, "%s", settings);
-  for (char *word = strtok_r(words, " ", &rest); word != NULL; word = strtok_r(NULL, " ", &rest))
-    overrides[n++] = word;
   snprintf(yaml, sizeof yaml, "%s%s%s", HEAD, faces, regions);
-  kith_status status = kith_scene_parse(&s.scene, "f", yaml, strlen(yaml), n, overrides);
-  if (status == KITH_OK) status = kith_simulation_create(&s.simulation, s.scene, NULL, NULL, true);
+  kith_status status = scenario_create(&s, NULL, yaml, words);
   if (status == KITH_OK) status = scenario_start(&s);
   if (status == KITH_OK) status = scenario_steps(&s, 400);
   CHECK(status != KITH_OK && check_says(message));
@@ -223,9 +216,9 @@ static void refusals(void) {
   refused(FACES("{kind: inflow, density: 1 + t, pressure: 1, velocity: [1, 0, 0]}", "outflow"), STREAM("1"),
           "connectivity.rebuild=displacement", "an inflow whose state changes requires");
   refused(FACES("{kind: inflow, density: 1 - 30*t, pressure: 1, velocity: [1, 0, 0]}", "outflow"),
-          STREAM("1"), "scheme.dt=0.01", "f:7: boundaries.x: density is");
+          STREAM("1"), "scheme.dt=0.01", "yaml:7: boundaries.x: density is");
   refused(FACES("{kind: inflow, density: 1, pressure: t - 1, velocity: [1, 0, 0]}", "outflow"), STREAM("1"),
-          "", "f:7: boundaries.x: pressure is -1");
+          "", "yaml:7: boundaries.x: pressure is -1");
   refused(in, STREAM("1"), "scheme.name=rk4 method.energy=thermal", "rk4 does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=arkode method.energy=thermal", "arkode does not let gas come and go");
   refused(in, STREAM("1"), "scheme.name=implicit method.energy=thermal", "implicit does not let gas come");
