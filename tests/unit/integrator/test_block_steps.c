@@ -50,8 +50,8 @@ static void check_conserved(const struct scenario *s, bool momentum_too) {
 /* Random steps and wake-ups, with all packages and both traversals: energy and momentum are conserved to
  * round-off. */
 static void conservation(void) {
-  static const char *const settings[] = {"method.package=sph",
-                                         "method.package=sph traversal=pairs",
+  static const char *const settings[] = {"traversal=gather",
+                                         "traversal=pairs",
                                          "method.package=crk",
                                          "method.package=mfm",
                                          "method.package=magma2",

@@ -22,9 +22,8 @@ static uint64_t updates(const struct scenario *s) {
 }
 
 static void agrees_with_fewer_updates(void) {
-  static const char *const settings[] = {"method.package=sph",    "method.package=sph traversal=pairs",
-                                         "method.package=crk",    "method.package=mfm",
-                                         "method.package=magma2", "scheme.name=rk2"};
+  static const char *const settings[] = {"traversal=gather",   "traversal=pairs",       "method.package=crk",
+                                         "method.package=mfm", "method.package=magma2", "scheme.name=rk2"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; k += NDIM < 3 ? 1 : 3) {
     struct scenario window = {0}, whole = {0};
     if (scenario_open(&window, tube, "%s", settings[k]) && scenario_run(&window, 100000) &&

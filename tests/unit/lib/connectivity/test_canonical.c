@@ -118,7 +118,7 @@ static void identical_with(const char *settings) {
 
 /* All searches and numbers of threads are bitwise identical. */
 static void identical_for_all_searches(void) {
-  identical_with("");
+  identical_with("traversal=gather");
   identical_with("traversal=pairs");
   identical_with("traversal=gather method.package=mfm");
   identical_with("method.package=mfm method.faces=integrated resolution=4");
@@ -163,7 +163,7 @@ static void refusals(void) {
 
 int main(void) {
   canonical_order("traversal=pairs");
-  canonical_order("");
+  canonical_order("traversal=gather");
   canonical_order("method.package=mfm");
   canonical_order("connectivity.cull=false");
   identical_for_all_searches();
