@@ -36,4 +36,9 @@ static inline size_t load(const char *path, void *bytes, size_t room) {
   return n;
 }
 
+static inline void write_text(const char *path, const char *text) {
+  FILE *f = fopen(path, "w");
+  CHECK(f != NULL && fputs(text, f) >= 0 && fclose(f) == 0);
+}
+
 #endif

@@ -5,9 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include "app/scene/params.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 #include "tests/unit/materials.h"
 #include "tests/unit/exact_settings.h"
 #include "physics/passes/viscosity.h"
@@ -282,12 +281,9 @@ static void reads_pictures(void) {
 /* --- files, the reference, comparison --- */
 
 static void reads_files(void) {
-  char folder[] = "scene_XXXXXX", path[64];
-  CHECK(mkdtemp(folder) != NULL);
-  snprintf(path, sizeof path, "%s/sod.yaml", folder);
-  FILE *file = fopen(path, "w");
-  fputs(sod, file);
-  fclose(file);
+  directory_make();
+  const char *const path = path_in("sod.yaml");
+  write_text(path, sod);
   struct kith_scene *scene;
   const char *overrides[] = {dimension_override(), "dimension=1.5"};
   int dimension = 0;
@@ -299,11 +295,11 @@ static void reads_files(void) {
                 "--set dimension: '1.5' is not a whole number");
   CHECK_OK(kith_scene_read(&scene, path, 1, overrides));
   kith_scene_destroy(&scene);
-  remove(path);
+  unlink(path);
   CHECK_STATUS(KITH_BAD_INPUT, kith_scene_read(&scene, path, 0, NULL));
   CHECK(scene == NULL);
   CHECK_STATUS(KITH_BAD_INPUT, kith_scene_dimension(path, 0, NULL, &dimension));
-  rmdir(folder);
+  directory_remove(0, NULL);
 }
 
 /* The reference is a scene once required values are given: so all keys in it are known, and all defaults

@@ -1,20 +1,15 @@
 /* test_chart_files.c - files that charts and stress sweeps read: results of other codes, suites, sweeps, and
  * measures of a report; wrong ones are refused with their line. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include "app/study/study.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 
-static char directory[] = "chart-test-XXXXXX";
-static char path[256];
 static const struct kith_options none;
 
 static const char *write_file(const char *name, const char *text) {
-  snprintf(path, sizeof path, "%s/%s", directory, name);
-  FILE *f = fopen(path, "w");
-  CHECK(f != NULL);
-  if (f != NULL) fputs(text, f), fclose(f);
+  const char *const path = path_in(name);
+  write_text(path, text);
   return path;
 }
 
@@ -60,11 +55,12 @@ static int lines(const char *text) {
 
 static void check_suite(struct kith_study *study) {
   const struct kith_options options = {.n_overrides = 1, .overrides = {"scheme.cfl=0.25"}};
-  write_file("s.yaml",
-             "scene: sod\ndimension: 1\nsettings: {method: {viscosity: {alpha: 2}}, "
-             "regions.0.velocity: [1, 'x + 1', 0]}\n"
-             "methods:\n  - {name: one}\n  - {name: two, settings: {method.energy: thermal, ranks: 3}}\n"
-             "resolution: [20, 50, 100]\nnorms: [contact_pressure_error, pressure.l2]\n");
+  const char *const path =
+      write_file("s.yaml",
+                 "scene: sod\ndimension: 1\nsettings: {method: {viscosity: {alpha: 2}}, "
+                 "regions.0.velocity: [1, 'x + 1', 0]}\n"
+                 "methods:\n  - {name: one}\n  - {name: two, settings: {method.energy: thermal, ranks: 3}}\n"
+                 "resolution: [20, 50, 100]\nnorms: [contact_pressure_error, pressure.l2]\n");
   study->options = &options;
   CHECK_OK(read_suite(study, path));
   struct kith_suite s = *study->suite;
@@ -103,10 +99,9 @@ static void check_wrong_suites(struct kith_study *study) {
   };
   const struct kith_options options = {.n_overrides = 1, .overrides = {"resolution=6"}};
   for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
-    write_file("s.yaml", cases[k][0]);
-    CHECK(read_suite(study, path) == KITH_BAD_INPUT && check_says(cases[k][1]));
+    CHECK(read_suite(study, write_file("s.yaml", cases[k][0])) == KITH_BAD_INPUT && check_says(cases[k][1]));
   }
-  write_file("s.yaml", "scene: sod\nresolution: [5]\n");
+  const char *const path = write_file("s.yaml", "scene: sod\nresolution: [5]\n");
   study->options = &options;
   CHECK(read_suite(study, path) == KITH_BAD_INPUT && check_says("--set resolution: this is what is varied"));
   study->options = &none;
@@ -179,8 +174,9 @@ static void check_measures(void) {
 }
 
 int main(void) {
+  static const char *const files[] = {"o.yaml", "s.yaml", "w.yaml", "report.json"};
   struct kith_study study = {.options = &none};
-  CHECK(mkdtemp(directory) != NULL);
+  directory_make();
   CHECK(kith_programs_find(&study.programs) == KITH_OK);
   check_reference_codes(&study);
   check_suite(&study);
@@ -189,8 +185,6 @@ int main(void) {
   check_shipped(&study);
   check_measures();
   kith_study_clear(&study);
-  char command[64];
-  snprintf(command, sizeof command, "rm -rf %s", directory);
-  CHECK(system(command) == 0);
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }

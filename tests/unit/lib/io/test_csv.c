@@ -8,11 +8,6 @@
 
 static char path[] = "csv-test-XXXXXX";
 
-static void write_text(const char *read_text) {
-  FILE *f = fopen(path, "w");
-  CHECK(f != NULL && fputs(read_text, f) >= 0 && fclose(f) == 0);
-}
-
 static const char *read_text(void) {
   static char all[8192];
   all[load(path, all, sizeof all - 1)] = '\0';
@@ -45,7 +40,7 @@ static void restart(const char *torn) {
   strcpy(uninterrupted, read_text());
   write_table(9);
   snprintf(stopped, sizeof stopped, "%s%s", read_text(), torn);
-  write_text(stopped);
+  write_text(path, stopped);
   CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){5}));
   add(&log, 6, 12);
   CHECK_OK(kith_csv_log_close(&log));
@@ -60,11 +55,11 @@ static void torn_row(void) {
   write_table(9);
   strcpy(expected, read_text());
   snprintf(torn, sizeof torn, "%s1", expected);
-  write_text(torn);
+  write_text(path, torn);
   CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){20}));
   CHECK_OK(kith_csv_log_close(&log));
   CHECK(strcmp(expected, read_text()) == 0);
-  write_text("step,word,x\n7,1,1\n");
+  write_text(path, "step,word,x\n7,1,1\n");
   CHECK_OK(kith_csv_log_open(&log, ".", path, names, &(uint64_t){6}));
   CHECK_OK(kith_csv_log_close(&log));
   CHECK(strcmp(read_text(), "step,word,x\n") == 0);
@@ -78,12 +73,12 @@ static void unusual_files(void) {
     CHECK_OK(kith_csv_log_open(&log, ".", path, names, &step));
     CHECK_OK(kith_csv_log_close(&log));
     CHECK(strcmp(read_text(), "step,word,x\n") == 0);
-    write_text("");
+    write_text(path, "");
   }
   static const char *const others[] = {"a,b\n1,2\n",    "step,word\n1,2\n", "step,word,x,y\n",
                                        "word,step,x\n", "word,stepx\n",     "word\n"};
   for (size_t k = 0; k < sizeof others / sizeof *others; ++k) {
-    write_text(others[k]);
+    write_text(path, others[k]);
     CHECK(kith_csv_log_open(&log, ".", path, names, &step) == KITH_BAD_FILE &&
           check_says("its columns are not step,word,x"));
     CHECK(log.file == NULL && strcmp(read_text(), others[k]) == 0);
