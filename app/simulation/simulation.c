@@ -185,10 +185,10 @@ static kith_status check_combination(const struct kith_simulation *m) {
       package.no_between != NULL && couples, no_between,
       "ellipsoids do not tell what is between two nodes, as barriers, porosity and damage require; take "
       "spheres");
-  REFUSE_IF(recompute && !package.recomputes, "partition.ghosts",
-            "package %s has two passes before its forces, which would need ghosts of ghosts of ghosts; take "
-            "exchange",
-            name);
+  REFUSE_IF(
+      recompute && !package.recomputes, "partition.ghosts",
+      "package %s has two passes before its forces, which would need three layers of ghosts; take exchange",
+      name);
   REFUSE_IF(recompute && package.history != NULL, "partition.ghosts",
             "only the owner of a node keeps the history of %s; take exchange", package.history);
   REFUSE_IF(recompute && s->reproducible, "partition.ghosts",
@@ -197,7 +197,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "%s cannot keep energy compatible: %s; give it method.energy=thermal", scheme->name,
             scheme->incompatible);
   REFUSE_IF(s->follows && blocks, "window",
-            "nodes at rest have long steps of their own with block steps: take whole, or global steps");
+            "not together with block time steps, in which gas at rest has long steps anyway: take whole, or "
+            "scheme.steps=global");
   REFUSE_IF(s->follows && (scheme->retries || scheme->implicit), "window",
             "%s solves for the rates of all nodes together: take whole", scheme->name);
   REFUSE_IF(
@@ -208,15 +209,17 @@ static kith_status check_combination(const struct kith_simulation *m) {
             package.history);
   if (blocks || s->follows) {
     const char *key = blocks ? "scheme.steps" : "window", *take = blocks ? "global steps" : "whole";
-    REFUSE_IF(kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
-              "lists of active nodes are built whenever these are others: take always");
+    REFUSE_IF(
+        kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
+        "block time steps, and window: follow, have other active nodes in each step, and need new lists: "
+        "take always");
     REFUSE_IF(package.all_rows != NULL, key, "%s need the rows of all nodes: take %s", package.all_rows,
               take);
     REFUSE_IF(any_region(s, is_coupled), key,
               "what barriers, layers and damage let pass follows from the rows of all nodes: take %s", take);
     REFUSE_IF(recompute, "partition.ghosts",
               "where not all nodes are active, ghosts have no rows; take exchange");
-    REFUSE_IF(s->follows && passes, key, "gas that comes or goes is no gas at rest: take whole");
+    REFUSE_IF(s->follows && passes, key, "gas that enters or leaves is never at rest: take whole");
   }
   REFUSE_IF(s->scheme.cfl > 1 && !scheme->implicit, "scheme.cfl",
             "%g is out of range (0, 1] of %s; more is for implicit", s->scheme.cfl, scheme->name);
