@@ -1,5 +1,6 @@
 /* The closing table of a run, for people. */
 #include <inttypes.h>
+#include <math.h>
 #include <string.h>
 #include "app/cli/text.h"
 #include "app/output/report.h"
@@ -155,7 +156,10 @@ void kith_report_print(const struct kith_report *report, bool all, FILE *out) {
   print_run(report, out);
   if (report->compared) print_norms(&report->norms, out);
   for (int k = 0; k < KITH_N_MEASURES; ++k)
-    if (report->measured[k]) fprintf(out, "    %s %.5g\n", kith_measure_names[k], report->measure[k]);
+    if (report->measured[k] && isfinite(report->measure[k]))
+      fprintf(out, "    %s %.5g\n", kith_measure_names[k], report->measure[k]);
+    else if (report->measured[k])
+      fprintf(out, "    %s none: there is nothing to measure at the end\n", kith_measure_names[k]);
   print_conservation(report, out);
   print_stages(report, all, out);
   print_cost(report, out);

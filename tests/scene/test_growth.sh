@@ -24,6 +24,11 @@ run -o parts --steps 20 --set output.checkpoint_at_end=true
 run -o parts --restart parts/checkpoint.kith --set output.checkpoint_at_end=true
 same whole/growth.csv parts/growth.csv
 
+# ---- a mode that shrinks has no rate
+ok "$kith" run "$inputs/rayleigh-taylor.yaml" --quiet -o shrinks --set dimension=2 --set resolution=24 \
+  --set output.plot=false
+grep -q '^    growth none: there is nothing' stdout || wrong "a mode that shrinks: $(grep growth stdout)"
+
 # ---- one frame per snapshot; frames of an earlier, longer run are removed
 if command -v gnuplot >/dev/null; then
   run -o movie --set output.every=0.15 --set output.plot.frames=true
