@@ -317,7 +317,13 @@ static kith_status count_share(const struct setup *s, struct plan *plan) {
   }
   kith_free(&counts);
   if (plan->axis < 0)
-    return plan->nodes > 0 ? KITH_OK : kith_config_fail(plan->region->node, NULL, "it holds no node");
+    return plan->nodes > 0
+               ? KITH_OK
+               : kith_config_fail(plan->region->node, NULL,
+                                  "it holds no node: it is outside of the domain or thinner than a spacing%s",
+                                  NDIM == 1   ? "; in 1-D y and z are 0"
+                                  : NDIM == 2 ? "; in 2-D z is 0"
+                                              : "");
   return plan->nodes > 0 ? join_zone(s, plan) : KITH_OK;
 }
 
