@@ -119,27 +119,12 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
   return status;
 }
 
-/* Is entry e of row i in the support of i? Rows reach further, by the skin and by what supports may grow. */
-static bool is_in_support(const struct kith_integrator *it, kith_index i, size_t e) {
-  const struct kith_nodes *nodes = it->nodes;
-  const struct kith_rows *rows = &it->connectivity->rows;
-  const double *xi = nodes->position->f64 + (size_t)i * NDIM,
-               *xj = nodes->position->f64 + (size_t)rows->node[e] * NDIM;
-  double d[NDIM];
-  for (int a = 0; a < NDIM; ++a) {
-    const double by = rows->shift != NULL ? nodes->shifts.by[rows->shift[e]][a] : 0;
-    d[a] = (xj[a] + by - xi[a]) / nodes->stretch[a];
-  }
-  return kith_norm(d) < nodes->support->f64[i];
-}
-
 /* Returns the outward derivative of the outward velocity at node i, by partners further in. */
 static double velocity_slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_rows *rows = &it->connectivity->rows;
   const double *v = it->hydro->velocity->f64 + b->axis, depth = depth_of(it, b, i);
   double moment = 0, sum = 0;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
-    if (!is_in_support(it, i, e)) continue;
     const kith_index j = rows->node[e];
     const double d = fmin(depth_of(it, b, j) - depth, 0);
     moment += d * d;
