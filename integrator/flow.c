@@ -119,6 +119,21 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
   return status;
 }
 
+/* Does i or its partner at entry e of row i reach the other? Rows hold more, by the skin of lists and by
+ * what supports may grow, and gas must not depend on that. */
+static bool is_significant(const struct kith_integrator *it, kith_index i, size_t e) {
+  const struct kith_nodes *nodes = it->nodes;
+  const struct kith_rows *rows = &it->connectivity->rows;
+  const kith_index j = rows->node[e];
+  const double *xi = nodes->position->f64 + (size_t)i * NDIM, *xj = nodes->position->f64 + (size_t)j * NDIM;
+  double d[NDIM];
+  for (int a = 0; a < NDIM; ++a) {
+    const double by = rows->shift != NULL ? nodes->shifts.by[rows->shift[e]][a] : 0;
+    d[a] = (xj[a] + by - xi[a]) / nodes->stretch[a];
+  }
+  return kith_norm(d) <= fmax(nodes->support->f64[i], nodes->support->f64[j]);
+}
+
 /* Returns the outward derivative of the outward velocity at node i, by partners further in. */
 static double velocity_slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_rows *rows = &it->connectivity->rows;
@@ -126,6 +141,7 @@ static double velocity_slope(const struct kith_integrator *it, const struct kith
   double moment = 0, sum = 0;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     const kith_index j = rows->node[e];
+    if (!is_significant(it, i, e)) continue;
     const double d = fmin(depth_of(it, b, j) - depth, 0);
     moment += d * d;
     sum += d * (v[(size_t)j * NDIM] - v[(size_t)i * NDIM]);

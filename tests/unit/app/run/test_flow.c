@@ -133,6 +133,20 @@ static void outflow_stays_ordered(void) {
   scenario_close(&s);
 }
 
+/* Gas that leaves does not depend on how far rows reach beyond the supports. */
+static void skins_change_nothing(void) {
+  static const char yaml[] = HEAD FACES("outflow", "outflow")  //
+      "regions: [{material: gas, jitter: 0.3, density: 1, pressure: \"1 + x\"}]\n";
+  struct scenario a = {0}, b = {0};
+  if (scenario_open(&a, yaml, "%s", "method.package=mfm") &&
+      scenario_open(&b, yaml, "%s",
+                    "method.package=mfm connectivity.rebuild=displacement connectivity.skin=0.5") &&
+      scenario_run(&a, 8) && scenario_run(&b, 8))
+    CHECK(scenario_distance(&a, &b, "velocity") < 1e-10);
+  scenario_close(&a);
+  scenario_close(&b);
+}
+
 /* The zone of an inflow has the state of the face, given by formulas of time. */
 static void inflow_changes(void) {
   static const char yaml[] = HEAD FACES(
@@ -250,6 +264,7 @@ int main(void) {
   obstacles();
   waves_leave();
   outflow_stays_ordered();
+  skins_change_nothing();
   inflow_changes();
   layers_keep_time();
   refusals();
