@@ -16,11 +16,15 @@ enum {
 static const double limit_factor = NDIM == 1 ? 1 : 1.2;
 static const double wake_factor = 1.2; /* a step is cut short only if it exceeds its limit by this factor */
 
+/* What just misses a step by round-off shall have it: nodes of gas at rest differ by that, and so do base
+ * steps in a row, which are equal parts of one time. */
+static const double round_off = 1e-9;
+
 /* Returns the largest power of two up to this many ticks, at most KITH_TICKS. */
 static double power_of_two(double ticks) {
   int exponent;
   if (!(ticks < KITH_TICKS)) return KITH_TICKS;
-  frexp(ticks, &exponent);
+  frexp((1 + 2 * round_off) * ticks, &exponent);
   return ldexp(1, exponent - 1);
 }
 
@@ -94,7 +98,7 @@ static void range_of_limits(const struct kith_integrator *it, double factor, dou
 static double cheapest_base(const struct kith_integrator *it, double longest, double left) {
   enum { LENGTHS = 8 }; /* lengths that are tried, equally spaced in their logarithm */
   const double *restrict wanted = kith_blocks_of(it)->wanted->f64,
-                         fewest = left > 0 ? ceil(left / longest) : 1;
+                         fewest = left > 0 ? ceil((1 - round_off) * left / longest) : 1;
   uint64_t updates[LENGTHS + 1] = {0};
   double length[LENGTHS], ticks[LENGTHS] = {0}, best = longest, least = INFINITY;
   for (int k = 0; k < LENGTHS; ++k) {
@@ -125,8 +129,7 @@ void kith_blocks_plan(struct kith_integrator *it, double time, double factor) {
   double least, most, left = it->until - time;
   range_of_limits(it, factor, &least, &most);
   if (!(left > 1e-9 * it->every)) left = it->every;
-  /* slightly less than `most`: nodes of gas at rest differ by round-off, and none shall just miss it */
-  const double longest = KITH_MIN((1 - 1e-9) * most, ldexp(least, b->settings.levels));
+  const double longest = KITH_MIN(most, ldexp(least, b->settings.levels));
   b->planned = it->fixed_dt > 0    ? it->fixed_dt
                : isfinite(longest) ? cheapest_base(it, longest, left)
                : left > 0          ? left

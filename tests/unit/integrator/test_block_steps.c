@@ -1,7 +1,7 @@
 /* test_block_steps.c - block time steps: conservation with any steps (round-off), one level against global
- * steps, energies and updates of a blast against those of global steps, failure without limits, threads, and
- * settings that are refused. Lists of active nodes are tested by test_connectivity.c, ranks and restarts by
- * tests/mpi. */
+ * steps, energies and updates of a blast against those of global steps, failure without limits, other units
+ * of time, threads, and settings that are refused. Lists of active nodes are tested by test_connectivity.c,
+ * ranks and restarts by tests/mpi. */
 #include <omp.h>
 #include "integrator/block_lengths.h"
 #include "tests/unit/scenario.h"
@@ -126,6 +126,20 @@ static void blast_needs_limits(void) {
   }
 }
 
+/* Base steps in a row are equal parts of one time, so a step that may double is as long as the next base step
+ * but for round-off, which is another one in other units of time. */
+static void round_off_decides_no_step(void) {
+  struct scenario one = {0}, other = {0};
+  if (scenario_open(&one, blast, "until=0.1") && scenario_run(&one, 100000) &&
+      scenario_open(&other, blast,
+                    "until=0.02 energy.energy=25 packages.0.conductivity=0.005 regions.0.pressure=0.25 "
+                    "regions.1.pressure=0.25") &&
+      scenario_run(&other, 100000))
+    CHECK(updates(&one) == updates(&other));
+  scenario_close(&one);
+  scenario_close(&other);
+}
+
 static void threads(void) {
   struct scenario one = {0}, two = {0};
   const int before = omp_get_max_threads();
@@ -169,6 +183,7 @@ int main(void) {
   one_level();
   fewer_updates();
   blast_needs_limits();
+  round_off_decides_no_step();
   threads();
   heavy_nodes_are_noticed();
   refused();
