@@ -245,12 +245,15 @@ static double asymmetry(const struct kith_measured *m) {
 
 static double transmitted(const struct kith_measured *m) {
   const double middle = 0.5 * (m->domain.lower[0] + m->domain.upper[0]);
+  const double round_off = 1e-9 * (m->domain.upper[0] - m->domain.lower[0]);
   struct kith_sum sum = {0};
   double heat, area = 1;
   for (int a = 1; a < NDIM; ++a) area *= m->domain.upper[a] - m->domain.lower[a];
-  for (kith_index i = 0; i < m->nodes->n; ++i)
-    if (m->nodes->position[(size_t)i * NDIM] > middle)
-      kith_sum_add(&sum, m->nodes->mass[i] * m->nodes->energy[i]);
+  for (kith_index i = 0; i < m->nodes->n; ++i) {
+    const double x = m->nodes->position[(size_t)i * NDIM] - middle,
+                 heat_of = m->nodes->mass[i] * m->nodes->energy[i];
+    kith_sum_add(&sum, heat_of * (fabs(x) < round_off ? 0.5 : x > 0));
+  }
   values_of(m, &sum, 1, &heat);
   return heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
 }

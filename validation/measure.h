@@ -22,7 +22,8 @@
  *                      mirror image from the nearest node, in mean spacings; some 1e-13 while all is the
  *                      mirror of itself. NaN in 1-D
  *   transmitted        heat, per area across x, that has passed the middle of the domain along x: internal
- *                      energy beyond it, less that at the start; nodes must not pass it
+ *                      energy beyond it, less that at the start; nodes must not pass it. Half of a node on it
+ *                      is beyond
  *
  *   shock_angle        of a shock, straight from the lower corner of the domain, to x, in degrees: densities
  *                      are averaged in sectors of half a degree, between 0.3 and 0.8 of the length of the

@@ -153,6 +153,25 @@ static void spread(struct cloud *c) {
   CHECK_CLOSE(measure(c, KITH_MEASURE_spread), 2, 1e-15);
 }
 
+/* A layer of nodes on the middle is half beyond it, also if round-off has moved it since the start. */
+static void transmitted(struct cloud *c) {
+  double start[KITH_N_MEASURES] = {0};
+  lattice(c);
+  const double layer = 1. / SIDE;
+  for (int i = 0; i < c->view.n; ++i) {
+    c->position[i * NDIM] -= 0.5 * layer;
+    c->mass[i] = 1. / c->view.n, c->other[i] = 1;
+  }
+  start[KITH_MEASURE_transmitted] = measure(c, KITH_MEASURE_transmitted);
+  CHECK_CLOSE(start[KITH_MEASURE_transmitted], 0.5 - 0.5 * layer, 1e-14);
+  c->m.start = start;
+  for (int side = -1; side <= 1; side += 2) {
+    for (int i = 0; i < c->view.n; ++i) c->position[i * NDIM] += side * 1e-14;
+    CHECK_CLOSE(measure(c, KITH_MEASURE_transmitted), 0, 1e-14);
+  }
+  c->m.start = NULL;
+}
+
 int main(void) {
   static struct cloud c;
   viscosities(&c);
@@ -161,5 +180,6 @@ int main(void) {
   asymmetry(&c);
   growth(&c);
   spread(&c);
+  transmitted(&c);
   return check_failed();
 }
