@@ -61,7 +61,7 @@ struct gradients_pass {
 /* Lanes of scratch: x_j - x_i, the weights w, and w dP. */
 enum { SEPARATION = 0, WEIGHT = NDIM, OF_PRESSURE, LANES };
 
-/* Sums w dx dx and w dP dx over the row of i. A barrier has the state of i. */
+/* Sums w dx dx and w dP dx over the row of i. A barrier of volume V counts as V / V_i nodes like i. */
 KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
                          struct kith_scratch *s, double *moment_sum, double *pressure_sum) {
   const struct kith_hydro *hydro = pass->package->hydro;
@@ -83,7 +83,7 @@ KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *p
   }
   for (size_t k = n; k < padded; ++k) weight[k] = dp[k] = 0;
   for (size_t k = 0; barrier != NULL && k < n; ++k)
-    if (barrier[row[k]]) dp[k] = 0;
+    if (barrier[row[k]]) dp[k] = 0, weight[k] *= kith_pow_dim(hydro->nodes->support->f64[row[k]] * inverse);
   for (size_t k = 0; k < padded; k += KITH_LANES) {
     const kith_lanes w = *(kith_lanes *)(weight + k), p = *(kith_lanes *)(dp + k);
     kith_lanes d[NDIM];
@@ -322,8 +322,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
                                   .evaluate = pair_one_point_of[package->kernel],
                                   .n_packed = MFM_PACKED_ONE_POINT,
                                   .exchanged = slopes,
-                                  .n_exchanged = n_slopes,
-                                  .walls_known = true};
+                                  .n_exchanged = n_slopes};
   if (mfm->faces.form == MFM_FACES_INTEGRATED) {
     kith_profile_begin(package->profile, "refresh");
     kith_halo_refresh(hydro->halo, hydro->nodes, slopes, n_slopes);

@@ -1,6 +1,7 @@
 /* The density pass: supports by Newton's method, sums of masses, velocity gradients. */
 #include "physics/passes/density.h"
 
+#include <math.h>
 #include <string.h>
 #include "lib/core/lanes.h"
 
@@ -50,24 +51,33 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
 }
 
 /* Adds what barriers contribute to the sums of a node with support h, beyond their own terms: a barrier of
- * volume V counts as V / V_i nodes like i, and V_i grows with h. masses: weights of the nodes; NULL: 1. */
-KITH_INLINE void wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
-                           const double *restrict masses, const struct kith_scratch *s, double *sum_w,
-                           double *sum_q2g) {
+ * volume V counts as V / V_i nodes like i, where V_i grows with h, but as no more than one: to gas that is
+ * finer than the barrier, one that is close would else be all the neighbors that it wants. In the matrix it
+ * counts in full. masses: weights of the nodes; NULL: 1. Returns what growing V_i take from the sum of w, per
+ * ln H. */
+KITH_INLINE double wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
+                             const double *restrict masses, const struct kith_scratch *s, double *sum_w,
+                             double *sum_q2g) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const double *restrict support = pass->package->hydro->nodes->support->f64;
   const double *restrict r = kith_scratch_lane(s, DISTANCE);
-  if (pass->barrier == NULL) return;
+  double fall = 0;
+  if (pass->barrier == NULL) return 0;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     const kith_index k = rows->node[e];
     if (!pass->barrier[k]) continue;
     double w, g;
-    const double q = r[e - rows->first[i]] / h, wall = kith_pow_dim(support[k] / h);
-    const double like_i = masses != NULL ? wall * masses[i] : wall, own = masses != NULL ? masses[k] : 1;
+    const double q = r[e - rows->first[i]] / h, volume = kith_pow_dim(support[k] / h),
+                 count = fmin(volume, 1);
+    const double like_i = masses != NULL ? count * masses[i] : count, own = masses != NULL ? masses[k] : 1;
     kith_kernel_value(kernel, q, &w, &g);
     *sum_w += (like_i - own) * w;
     *sum_q2g += (like_i - own) * q * q * g; /* so that a uniform gas beside a wall is at rest */
+    if (masses == NULL && pass->wanted.matrix != NULL)
+      kith_scratch_lane(s, WEIGHT)[e - rows->first[i]] *= volume;
+    if (volume < 1) fall += NDIM * like_i * w;
   }
+  return fall;
 }
 
 /* Sums w and q^2 g over the row and the node itself; weight[k] = -g >= 0, for the gradients. */
@@ -100,8 +110,8 @@ KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pas
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     kernel_sums(kernel, pass->package->self_weight, n, kith_scratch_lane(s, DISTANCE),
                 kith_scratch_lane(s, WEIGHT), 1 / h, sum_w, sum_q2g);
-    wall_sums(kernel, pass, i, h, NULL, s, sum_w, sum_q2g);
-    const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g, 1e-3 * *sum_w); /* Newton's step of ln H */
+    const double fall = wall_sums(kernel, pass, i, h, NULL, s, sum_w, sum_q2g);
+    const double step = (wanted - *sum_w) / KITH_MAX(-*sum_q2g - fall, 1e-3 * *sum_w); /* Newton's, of ln H */
     if (fabs(step) < tolerance) { /* after this step the error of H and of the sum is of order step^2 */
       *support = KITH_MIN(h * (1 + step), search_radius);
       *sum_w = wanted;

@@ -58,14 +58,14 @@ KITH_INLINE void load_edges(const struct kith_force_pass *pass, const struct kit
 }
 
 /* Corrects pairs with barriers: a wall at rest does no work, so i gets all of -f . v_i, and no other heat;
- * one of volume V counts as V / V_i nodes like i, unless the pair function accounts for that. */
+ * one of volume V counts as V / V_i nodes like i. */
 KITH_INLINE void correct_barriers(const struct kith_force_pass *pass, kith_index i,
                                   const kith_index *restrict row, size_t n, double *restrict out) {
   const double *restrict support = pass->package->hydro->nodes->support->f64,
                          *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
   for (size_t k = 0; pass->barrier != NULL && k < n; ++k) {
     if (!pass->barrier[row[k]]) continue;
-    const double count = pass->walls_known ? 1 : kith_pow_dim(support[row[k]] / support[i]);
+    const double count = kith_pow_dim(support[row[k]] / support[i]);
     double heat = 0;
     for (int a = 0; a < NDIM; ++a) {
       const double f = out[(size_t)a * KITH_STRIDE + k] *= count;

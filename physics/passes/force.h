@@ -75,7 +75,6 @@ struct kith_force_pass {
   int n_exchanged;
   const struct kith_pairwise *edge; /* values of edges, from the start of a pair; its other end has - edge */
   bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
-  bool walls_known; /* the pair function accounts for the size of a barrier */
   /* The rest is filled by kith_force. */
   double *packed;         /* particles, in the memory of kith_nodes_work */
   double *ticks;          /* with block steps: last, step, next of nodes, four doubles each; or NULL: (1) of

@@ -91,7 +91,7 @@ static void obstacles(void) {
       {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("barrier"), "a piston and a barrier"}};
   for (int k = 0; k < 5; ++k) {
     struct scenario s = {0};
-    if (scenario_open(&s, run[k].yaml, "%s", k == 2 ? "boundaries.y=reflecting" : "until=0.9") &&
+    if (scenario_open(&s, run[k].yaml, "%s", k == 2 ? "boundaries.y=reflecting" : "until=0.3") &&
         scenario_run(&s, 30)) {
       const struct kith_totals now = kith_hydro_totals(&s.simulation->hydro);
       if (k < 3) check_balance(&s, run[k].what);
@@ -99,6 +99,37 @@ static void obstacles(void) {
                    e = now.kinetic + now.internal - now.work - now.through.energy;
       CHECK(fabs(e - e0) < 1e-12 * fabs(now.kinetic + now.internal));
       CHECK(now.through.momentum[0] < 0); /* the obstacle is in the way */
+    }
+    scenario_close(&s);
+  }
+}
+
+/* Shocked gas, finer than the nodes of the cylinder that it meets, stays in front of it: its pressure is that
+ * of Rayleigh's formula for a stream of Mach 2, which so few nodes miss by up to 9 %. */
+static void cylinder(void) {
+  static const char yaml[] =
+      "scene: cylinder\ndimension: 2\nresolution: 8\ndomain: {lower: [-1.5, -2, 0], upper: [2, 2, 1]}\n"
+      "boundaries: {x: [inflow, outflow], y: reflecting}\nmaterials: {gas: {gamma: 1.4}}\nregions:\n"
+      "  - {material: gas, lattice: cubic, where: {inside: \"x^2 + y^2 >= 0.25\"}, density: 1, pressure: 1,"
+      " velocity: [2.3664319132398464, 0, 0]}\n"
+      "  - {material: gas, lattice: cubic, where: {inside: \"x^2 + y^2 < 0.25\"}, density: 1, pressure: 1,"
+      " barrier: true}\nuntil: 1\n";
+  static const char *const packages[] = {"sph", "crk", "mfm", "magma2", "remix"};
+  for (int k = 0; NDIM == 2 && k < 5; ++k) {
+    struct scenario s = {0};
+    if (scenario_open(&s, yaml, "method.package=%s", packages[k]) && scenario_run(&s, 1000)) {
+      const struct kith_nodes *nodes = s.simulation->nodes;
+      double pressure = 0, n = 0;
+      kith_index inside = 0;
+      for (kith_index i = 0; i < nodes->n_internal; ++i) {
+        const double *x = nodes->position->f64 + i * NDIM, r = hypot(x[0], x[NDIM - 1]);
+        inside += r < 0.4;
+        if (x[0] > 0 || r > 0.65 || fabs(x[NDIM - 1]) > 0.15) continue;
+        pressure += s.simulation->hydro.pressure->f64[i], n += 1;
+      }
+      CHECK(inside == 0);
+      CHECK_CLOSE(pressure / n, 5.64, 0.85);
+      check_balance(&s, packages[k]);
     }
     scenario_close(&s);
   }
@@ -262,6 +293,7 @@ int main(void) {
   omp_set_num_threads(1); /* for so few nodes */
   stream_stays_uniform();
   obstacles();
+  cylinder();
   waves_leave();
   outflow_stays_ordered();
   skins_change_nothing();

@@ -222,7 +222,8 @@ int main(void) {
     nothing_passes_plate((*p)->name);
   plate_acts_as_wall("sph", 0.08);
   plate_acts_as_wall("crk", 0.05);
-  plate_acts_as_wall("magma2", 0.45);
-  plate_acts_as_wall("remix", 0.45);
+  plate_acts_as_wall("mfm", 0.05);
+  plate_acts_as_wall("magma2", 0.05);
+  plate_acts_as_wall("remix", 0.2);
   return check_failed();
 }
