@@ -3,6 +3,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <glob.h>
 #include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -10,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include <yaml.h>
+#include "lib/core/choices.h"
 
 enum { DEEPEST = 32, MOST_KEYS = 256, LARGEST = 1 << 20 };
 
@@ -323,6 +325,28 @@ void kith_config_destroy(struct kith_config **config) {
   kith_free(config);
 }
 
+/* Appends to `line` the scene that was meant by a path where no file is: that of the nearest name, beside it
+ * or in inputs. */
+static void suggest_scene(const char *path, char *line, size_t size) {
+  char stem[128], text[512], names[4096] = "", near[128];
+  glob_t found;
+  kith_path_stem(path, stem, sizeof stem);
+  snprintf(text, sizeof text, "{%.*s,inputs/}*.yaml", KITH_MIN(kith_path_folder(path), 400), path);
+  if (glob(text, GLOB_BRACE, NULL, &found) != 0) return;
+  for (size_t k = 0; k < found.gl_pathc; ++k) {
+    kith_path_stem(found.gl_pathv[k], text, sizeof text);
+    snprintf(names + strlen(names), sizeof names - strlen(names), "|%s", text);
+  }
+  const bool any = kith_choices_suggest(names, stem, near, sizeof near);
+  for (size_t k = 0; any && k < found.gl_pathc; ++k) {
+    kith_path_stem(found.gl_pathv[k], text, sizeof text);
+    if (!kith_name_is(text, near, strlen(near))) continue;
+    snprintf(line + strlen(line), size - strlen(line), "; did you mean '%.150s'?", found.gl_pathv[k]);
+    break;
+  }
+  globfree(&found);
+}
+
 static kith_status read_one(struct kith_config **out, const char *path) {
   char *text = NULL, line[512];
   const char *wrong = NULL;
@@ -336,6 +360,7 @@ static kith_status read_one(struct kith_config **out, const char *path) {
     wrong = "larger than 1 MiB, too large for a scene";
   if (file != NULL) fclose(file);
   if (wrong != NULL) snprintf(line, sizeof line, "%.300s: %s", path, wrong);
+  if (file == NULL) suggest_scene(path, line, sizeof line);
   const kith_status status = wrong != NULL ? refuse(line) : kith_config_parse(out, path, text, length);
   kith_free(&text);
   return status;

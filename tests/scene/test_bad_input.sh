@@ -256,6 +256,7 @@ refused "wrong.yaml" "$kith" run wrong.yaml
 mkdir folder
 refused "folder: is a directory, not a scene" "$kith" run folder
 refused "missing.yaml: No such file or directory" "$kith" run missing.yaml
+refused "tin.yaml: No such file or directory; did you mean 'tiny.yaml'?" "$kith" run tin.yaml
 echo 'base: .' > folder.yaml
 refused "folder.yaml:1: base: . is a directory, not a scene" "$kith" run folder.yaml
 refused "tiny.yaml:2: dimension: 1, but this program is the 2-D one" "$programs/kith-2d" run tiny.yaml
