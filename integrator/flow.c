@@ -158,7 +158,7 @@ static void pass_waves(const struct kith_integrator *it, const struct kith_bound
                                     hydro->density->f64[i]
                               : 0;
   double *a = hydro->acceleration->f64 + (size_t)i * NDIM;
-  for (int k = 0; k < NDIM; ++k) a[k] = 0;
+  for (int k = 0; k < NDIM; ++k) a[k] *= part;
   a[b->axis] = kith_flow_outwards(b) * (part * pull - hydro->sound_speed->f64[i] * velocity_slope(it, b, i));
   hydro->energy_rate->f64[i] *= part;
 }

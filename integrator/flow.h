@@ -5,15 +5,15 @@
  * that has passed the face gets the state at the time when it passed. The node that takes the place of one
  * with id k has id k + the number of nodes at the start: no id comes twice, and none depends on ranks.
  *
- * Outflow: a node keeps the energy rate of the package; its velocity depends only on nodes further in. With
- * the velocity v and the direction n outwards
+ * Outflow: a node keeps the energy rate of the package and its acceleration along the face; its velocity v in
+ * the direction n outwards depends only on nodes further in,
  *     dv/dt = - c dv/dn,    dv/dn by partners further in,
  * which is what a wave that leaves does (continuity adds dP = rho c dv), and no wave comes back (Thompson
  * 1987, JCoPh 68, 1). With a pressure P0 far behind and a domain of length L, (P - P0) / (4 rho L) is added
- * (Poinsot and Lele 1992, JCoPh 101, 104). Velocities along the face do not change. This term and the energy
- * rate fade out between a quarter and half of the zone, as nodes at its end lack partners. The term dv/dn
- * does not fade: nodes with a constant velocity would run into slower ones ahead. (In 1-D nodes behind a
- * shock still do so if it is much faster than sound ahead of it, as in toro-3.yaml: the run stops.)
+ * (Poinsot and Lele 1992, JCoPh 101, 104). All but the term dv/dn fades out between a quarter and half of the
+ * zone, as nodes at its end lack partners: nodes with a constant velocity would run into slower ones ahead.
+ * (In 1-D nodes behind a shock still do so if it is much faster than sound ahead of it, as in toro-3.yaml:
+ * the run stops.)
  *
  * Balance. When a node becomes gas or leaves it, its mass, momentum and energy are added to `through` of
  * hydro.h or subtracted. The force pass sums forces and heats by partners that are no gas; kicks add them
