@@ -38,6 +38,7 @@ struct moments_pass {
   double constant; /* of the kernel */
 };
 
+/* A barrier has the support of i, as in forces, where kernels have the coefficients of i on both ends. */
 KITH_INLINE size_t load_kernels(enum kith_kernel kernel, const struct moments_pass *pass, kith_index i,
                                 struct kith_scratch *s) {
   const struct kith_nodes *nodes = pass->package->hydro->nodes;
@@ -47,19 +48,22 @@ KITH_INLINE size_t load_kernels(enum kith_kernel kernel, const struct moments_pa
                          *restrict density = pass->package->hydro->density->f64, half = 0.5 * pass->constant;
   double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict slope = kith_scratch_lane(s, SLOPE),
                    *restrict growth = kith_scratch_lane(s, GROWTH);
+  const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
   kith_row_separations(nodes, pass->rows, i, kith_scratch_lane(s, SEPARATION), s->width, weight);
+  for (size_t k = 0; k < n; ++k)
+    growth[k] = barrier != NULL && barrier[row[k]] ? support[i] : support[row[k]];
   const double own = 1 / support[i];
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) {
     double wi, gi, wj, gj;
-    const double inverse = 1 / support[row[k]], r = sqrt(weight[k]),
-                 ratio = kith_pow_dim(own * support[row[k]]),
+    const double other = growth[k], inverse = 1 / other, r = sqrt(weight[k]),
+                 ratio = kith_pow_dim(own * other),
                  volume = half * mass[row[k]] / density[row[k]] * kith_pow_dim(inverse);
     kith_kernel_value(kernel, r * own, &wi, &gi);
     kith_kernel_value(kernel, r * inverse, &wj, &gj);
     weight[k] = volume * (wj + ratio * wi);
     slope[k] = volume * (gj * inverse * inverse + ratio * gi * own * own);
-    growth[k] = gi * (support[i] - support[row[k]]) / (support[i] + support[row[k]]);
+    growth[k] = gi * (support[i] - other) / (support[i] + other);
   }
   for (size_t k = n; k < padded; ++k) weight[k] = slope[k] = growth[k] = 0;
   return padded;

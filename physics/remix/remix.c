@@ -18,8 +18,7 @@
  * tube with 200; of equal spacing, in Sod's tube with 400:
  *     sph .64 .092 .61, crk .61 .039 .55, mfm .24 .048 .11, magma2 .33 .051 .10, this .052 .045 .070
  *     without K .41 .048 .80, a_V = 0 .081 .21 .069, drawn by m0 (a_V = 0.1) .117 .097 .172
- * 64 : 1 at rest is off by 1.0 (mfm .68). Strong shocks suffer: Toro 3, density .039 (sph .021). A barrier
- * counts as a node of its own, not as an image.
+ * 64 : 1 at rest is off by 1.0 (mfm .68). Strong shocks suffer: Toro 3, density .039 (sph .021).
  *
  * Passes: density -> volumes, equation of state -> ghosts -> slopes, moments -> ghosts -> packing -> force
  * [pairs]. */

@@ -224,6 +224,6 @@ int main(void) {
   plate_acts_as_wall("crk", 0.05);
   plate_acts_as_wall("mfm", 0.05);
   plate_acts_as_wall("magma2", 0.05);
-  plate_acts_as_wall("remix", 0.2);
+  plate_acts_as_wall("remix", 0.05);
   return check_failed();
 }
