@@ -11,9 +11,9 @@
  * which is what a wave that leaves does (continuity adds dP = rho c dv), and no wave comes back (Thompson
  * 1987, JCoPh 68, 1). With a pressure P0 far behind and a domain of length L, (P - P0) / (4 rho L) is added
  * (Poinsot and Lele 1992, JCoPh 101, 104). All but the term dv/dn fades out between a quarter and half of the
- * zone, as nodes at its end lack partners: nodes with a constant velocity would run into slower ones ahead.
- * (In 1-D nodes behind a shock still do so if it is much faster than sound ahead of it, as in toro-3.yaml:
- * the run stops.)
+ * zone, as nodes at its end lack partners. This term does not fade: nodes with a constant velocity would run
+ * into slower ones ahead. (In 1-D nodes behind a shock still do so if it is much faster than sound ahead of
+ * it, as in toro-3.yaml: the run stops.)
  *
  * Balance. When a node becomes gas or leaves it, its mass, momentum and energy are added to `through` of
  * hydro.h or subtracted. The force pass sums forces and heats by partners that are no gas; kicks add them
