@@ -61,7 +61,8 @@ struct gradients_pass {
 /* Lanes of scratch: x_j - x_i, the weights w, and w dP. */
 enum { SEPARATION = 0, WEIGHT = NDIM, OF_PRESSURE, LANES };
 
-/* Sums w dx dx and w dP dx over the row of i. A barrier of volume V counts as V / V_i nodes like i. */
+/* Sums w dx dx and w dP dx over the row of i. A barrier has the state of i, and one of volume V counts as
+ * V / V_i nodes. */
 KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
                          struct kith_scratch *s, double *moment_sum, double *pressure_sum) {
   const struct kith_hydro *hydro = pass->package->hydro;

@@ -2,6 +2,7 @@
  * stay uniform; the balance of mass, momentum and energy with what passed the faces and obstacles; states by
  * formulas of time; small reflections of a wave that leaves. Also ids of new nodes, and what is refused. */
 #include <omp.h>
+#include "tests/unit/files.h"
 #include "tests/unit/scenario.h"
 
 #define HEAD                                                                                            \
@@ -91,7 +92,11 @@ static void obstacles(void) {
       {HEAD FACES("{kind: piston, velocity: 1}", "open") OBSTACLE("barrier"), "a piston and a barrier"}};
   for (int k = 0; k < 5; ++k) {
     struct scenario s = {0};
-    if (scenario_open(&s, run[k].yaml, "%s", k == 2 ? "boundaries.y=reflecting" : "until=0.3") &&
+    /* a piston would crush the gas between it and the obstacle at 0.4 */
+    if (scenario_open(&s, run[k].yaml, "%s",
+                      k == 2   ? "boundaries.y=reflecting"
+                      : k == 4 ? "until=0.3"
+                               : "until=0.9") &&
         scenario_run(&s, 30)) {
       const struct kith_totals now = kith_hydro_totals(&s.simulation->hydro);
       if (k < 3) check_balance(&s, run[k].what);
@@ -104,35 +109,58 @@ static void obstacles(void) {
   }
 }
 
+/* Opens a shipped scene with a package and these settings. */
+static bool open_input(struct scenario *s, const char *name, const char *settings, const char *package) {
+  char path[256], yaml[4096];
+  snprintf(path, sizeof path, KITH_INPUTS "/%s.yaml", name);
+  yaml[load(path, yaml, sizeof yaml - 1)] = '\0';
+  return scenario_open(s, yaml, "%s method.package=%s", settings, package);
+}
+
 /* Shocked gas, finer than the nodes of the cylinder that it meets, stays in front of it: its pressure is that
  * of Rayleigh's formula for a stream of Mach 2, which so few nodes miss by up to 9 %. */
-static void cylinder(void) {
-  static const char yaml[] =
-      "scene: cylinder\ndimension: 2\nresolution: 8\ndomain: {lower: [-1.5, -2, 0], upper: [2, 2, 1]}\n"
-      "boundaries: {x: [inflow, outflow], y: reflecting}\nmaterials: {gas: {gamma: 1.4}}\nregions:\n"
-      "  - {material: gas, lattice: cubic, where: {inside: \"x^2 + y^2 >= 0.25\"}, density: 1, pressure: 1,"
-      " velocity: [2.3664319132398464, 0, 0]}\n"
-      "  - {material: gas, lattice: cubic, where: {inside: \"x^2 + y^2 < 0.25\"}, density: 1, pressure: 1,"
-      " barrier: true}\nuntil: 1\n";
-  static const char *const packages[] = {"sph", "crk", "mfm", "magma2", "remix"};
-  for (int k = 0; NDIM == 2 && k < 5; ++k) {
-    struct scenario s = {0};
-    if (scenario_open(&s, yaml, "method.package=%s", packages[k]) && scenario_run(&s, 1000)) {
-      const struct kith_nodes *nodes = s.simulation->nodes;
-      double pressure = 0, n = 0;
-      kith_index inside = 0;
-      for (kith_index i = 0; i < nodes->n_internal; ++i) {
-        const double *x = nodes->position->f64 + i * NDIM, r = hypot(x[0], x[NDIM - 1]);
-        inside += r < 0.4;
-        if (x[0] > 0 || r > 0.65 || fabs(x[NDIM - 1]) > 0.15) continue;
-        pressure += s.simulation->hydro.pressure->f64[i], n += 1;
-      }
-      CHECK(inside == 0);
-      CHECK_CLOSE(pressure / n, 5.64, 0.85);
-      check_balance(&s, packages[k]);
+static void cylinder(const char *package) {
+  struct scenario s = {0};
+  if (open_input(&s, "cylinder", "resolution=8 until=1", package) && scenario_run(&s, 1000)) {
+    const struct kith_nodes *nodes = s.simulation->nodes;
+    double pressure = 0, n = 0;
+    kith_index inside = 0;
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      const double *x = nodes->position->f64 + i * NDIM, r = hypot(x[0], x[NDIM - 1]);
+      inside += r < 0.4;
+      if (x[0] > 0 || r > 0.65 || fabs(x[NDIM - 1]) > 0.15) continue;
+      pressure += s.simulation->hydro.pressure->f64[i], n += 1;
     }
-    scenario_close(&s);
+    CHECK(inside == 0);
+    CHECK_CLOSE(pressure / n, 5.64, 0.1 * 5.64);
+    check_balance(&s, package);
   }
+  scenario_close(&s);
+}
+
+/* Gas that leaves beside a mirror, towards which it moves, is not pressed against it. */
+static void wedge(const char *package) {
+  struct scenario s = {0};
+  if (open_input(&s, "wedge", "resolution=24 until=0.25", package) && scenario_run(&s, 1000))
+    check_balance(&s, package);
+  scenario_close(&s);
+}
+
+/* A piston presses gas against a wall whose nodes are twice and a half as far apart: it stays in front. */
+static void coarse_wall(const char *package) {
+  static const char yaml[] =
+      "dimension: 2\nscene: piston\nresolution: 16\n"
+      "domain: {lower: [0, 0, 0], upper: [1.15625, 0.5, 0.5]}\n"
+      "boundaries: {x: [{kind: piston, velocity: 0.7}, open], y: reflecting, z: periodic}\n"
+      "materials: {gas: {gamma: 1.4}}\nregions:\n"
+      "  - {material: gas, lattice: cubic, where: {inside: \"x < 1\"}, density: 1, pressure: 1}\n"
+      "  - {material: gas, lattice: cubic, where: {inside: \"x >= 1\"}, density: 1, pressure: 1,"
+      " barrier: true, spacing: 0.15625}\nuntil: 0.8571\n";
+  struct scenario s = {0};
+  if (scenario_open(&s, yaml, "method.package=%s", package) && scenario_run(&s, 1000))
+    for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i)
+      CHECK(s.simulation->nodes->position->f64[i * NDIM] < 1.0625);
+  scenario_close(&s);
 }
 
 /* A sound wave of 2 % leaves: reflections are below 5 % of it. */
@@ -293,7 +321,11 @@ int main(void) {
   omp_set_num_threads(1); /* for so few nodes */
   stream_stays_uniform();
   obstacles();
-  cylinder();
+  for (const struct kith_package_ops *const *p = kith_package_all(); NDIM == 2 && *p != NULL; ++p) {
+    cylinder((*p)->name);
+    wedge((*p)->name);
+  }
+  if (NDIM == 2) coarse_wall("sph");
   waves_leave();
   outflow_stays_ordered();
   skins_change_nothing();
