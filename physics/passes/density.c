@@ -100,7 +100,7 @@ KITH_INLINE void kernel_sums(enum kith_kernel kernel, double self, size_t n, con
 }
 
 /* Solves (1) for H in (0, search radius], from the guess *support. C sum w(r / H) grows with H, so the root
- * is unique, but for the part of barriers, which may fall: beside them the root is one near the guess. Returns
+ * is unique, but for the part of barriers, which may fall: beside them it is a root near the guess. Returns
  * false if it lies beyond the search radius (*support is then what to try with new connectivity), or if there
  * is none (*support is NaN). */
 KITH_INLINE bool solve_support(enum kith_kernel kernel, const struct density_pass *pass, kith_index i,

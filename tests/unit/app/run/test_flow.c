@@ -138,6 +138,15 @@ static void cylinder(const char *package) {
   scenario_close(&s);
 }
 
+/* Supports of gas beside a wall of half its spacing are found while a shock builds up there. */
+static void fine_wall(const char *package) {
+  struct scenario s = {0};
+  if (open_input(&s, "cylinder", "resolution=14 until=0.05 regions.1.spacing=0.0357142857", package) &&
+      scenario_run(&s, 100))
+    check_balance(&s, package);
+  scenario_close(&s);
+}
+
 /* Gas that leaves beside a mirror, towards which it moves, is not pressed against it. */
 static void wedge(const char *package) {
   struct scenario s = {0};
@@ -323,6 +332,7 @@ int main(void) {
   obstacles();
   for (const struct kith_package_ops *const *p = kith_package_all(); NDIM == 2 && *p != NULL; ++p) {
     cylinder((*p)->name);
+    fine_wall((*p)->name);
     wedge((*p)->name);
   }
   if (NDIM == 2) coarse_wall("sph");
