@@ -426,7 +426,7 @@ static void warn_of_mirrors(const struct kith_scene *scene) {
       fprintf(
           stderr,
           "kith: warning: regions.%d.lattice: %s does not continue through the mirror along %c, gas at rest "
-          "beside it moves; take cubic, or a periodic axis\n",
+          "beside it moves; take cubic, a periodic axis, or frozen nodes\n",
           r, kith_lattice_names[region->lattice], "xyz"[a]);
       return;
     }

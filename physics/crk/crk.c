@@ -134,6 +134,12 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[CRK_RATE] = packed[CRK_VOLUME] / (frozen ? 1 : crk->omega->f64[i]);
 }
 
+static void lend(const double *restrict i, double *restrict j) {
+  for (int k = CRK_KERNEL; k < CRK_PACKED; ++k) J(k) = i[k];
+  J(CRK_SMOOTH) = i[CRK_SMOOTH];
+  J(CRK_RATE) = i[CRK_RATE] * J(CRK_VOLUME) / i[CRK_VOLUME];
+}
+
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
                           const struct kith_kick *kick, int n, struct kith_field *const *exchanged) {
   const struct crk_settings *settings = package->settings;
@@ -144,6 +150,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                                               .kick = kick,
                                               .connectivity = connectivity,
                                               .pack = pack,
+                                              .lend = lend,
                                               .evaluate = pair_crk_of[package->kernel],
                                               .n_packed = CRK_PACKED,
                                               .constants = &constants,

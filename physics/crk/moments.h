@@ -53,7 +53,7 @@ static inline void crk_moments_pack(const struct crk_moments *moments, kith_inde
     for (int b = 0; b < NDIM; ++b)
       packed[CRK_DC + a * NDIM + b] = moments->c_gradient->f64[(at + a) * NDIM + b];
   }
-  /* A frozen node has no moments: its kernel is the plain one. */
+  /* A node without moments has the plain kernel. A frozen one gets those of its partner (force.h). */
   packed[CRK_A] = moments->a->f64[i] == 0 ? 1 : moments->a->f64[i];
 }
 

@@ -274,6 +274,11 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
     packed[MFM_MATRIX + m] = mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m];
 }
 
+static void lend_one_point(const double *restrict i, double *restrict j) {
+  const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h) / (h * h);
+  for (int k = MFM_CENTRAL; k < MFM_PACKED_ONE_POINT; ++k) J(k) = i[k] * scale;
+}
+
 /* --- fields, passes --- */
 
 static kith_status mfm_create(struct kith_package *package) {
@@ -320,6 +325,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
                                   .kick = kick,
                                   .connectivity = connectivity,
                                   .pack = pack,
+                                  .lend = lend_one_point,
                                   .evaluate = pair_one_point_of[package->kernel],
                                   .n_packed = MFM_PACKED_ONE_POINT,
                                   .exchanged = slopes,
@@ -333,6 +339,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
     mfm->faces.halo = hydro->halo;
     KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
     force.connectivity = &mfm->faces.graph, force.evaluate = integrated, force.n_packed = MFM_PACKED;
+    force.lend = NULL;
     force.edges = NDIM, force.edge = mfm->faces.area;
   }
   return kith_force(&force);

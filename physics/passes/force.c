@@ -20,6 +20,13 @@ void kith_force_shift(const struct kith_force_pass *pass, const uint16_t *shift,
       kith_lane(s, KITH_PACKED_X + a)[k] += shifts->by[shift[k]][a];
 }
 
+void kith_force_correct_frozen(const struct kith_force_pass *pass, kith_index i, const kith_index *partner,
+                               size_t n, struct kith_scratch *s) {
+  const double *self = packed_particle(pass, i);
+  for (size_t k = 0; k < n; ++k)
+    if (pass->flag[partner[k]] == KITH_FROZEN) pass->lend(self, s->lane + k);
+}
+
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
                        struct kith_scratch *s) {
   const double *self = packed_particle(pass, i);

@@ -53,6 +53,10 @@ typedef void kith_pair_function(enum kith_kernel kernel, const void *constants, 
 /* Packs node or ghost i. */
 typedef void kith_force_packed(const struct kith_package *package, kith_index i, double *restrict packed);
 
+/* Gives partner j, a frozen node, the corrections of i (terms of grad h, moments of the kernel): it has none
+ * of its own, and where some nodes are corrected and others are not, gas at rest moves. */
+typedef void kith_force_lend(const double *restrict i, double *restrict j);
+
 struct kith_force_pass;
 /* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; values of edges are in the lanes already.
  * `partner` has `known` entries, which may go on with those of later nodes: some way ahead they are
@@ -68,6 +72,7 @@ struct kith_force_pass {
   const struct kith_connectivity *connectivity;
   kith_force_packed *pack;
   kith_force_block *evaluate; /* of the kernel of the package */
+  kith_force_lend *lend;      /* NULL: particles have no corrections */
   int n_packed, edges;        /* doubles of a particle, of an edge */
   const void *constants;      /* handed to the pair function */
   /* Fields that ghosts need, exchanged once the particles of internal nodes are packed. */
@@ -114,6 +119,9 @@ KITH_INLINE void kith_force_prefetch(const double *packed, size_t n_packed) {
 /* Moves partners to their images. */
 void kith_force_shift(const struct kith_force_pass *pass, const uint16_t *shift, size_t n,
                       struct kith_scratch *s);
+/* Gives partners of i that are frozen its corrections. */
+void kith_force_correct_frozen(const struct kith_force_pass *pass, kith_index i, const kith_index *partner,
+                               size_t n, struct kith_scratch *s);
 /* Gives partners of i that are barriers the mirrored state of i. */
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
                        struct kith_scratch *s);
@@ -142,6 +150,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
     }
   }
   if (shift != NULL) kith_force_shift(pass, shift, n, s);
+  if (pass->flag != NULL && pass->lend != NULL) kith_force_correct_frozen(pass, i, partner, n, s);
   if (pass->barrier != NULL) kith_force_mirror(pass, i, partner, n, s);
   const size_t lanes = (n + 7) / 8 * 8;
 #pragma omp simd

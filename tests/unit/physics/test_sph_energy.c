@@ -1,6 +1,6 @@
 /* test_sph_energy.c - forces of package sph are the gradient of the internal energy at constant entropy, and
  * their work is the change of energies. Oracle: differences of energies and densities of the sums in
- * sph_world.h, for nodes that are displaced. Also frozen nodes in a lattice in balance. */
+ * sph_world.h, for nodes that are displaced. */
 #include "tests/unit/physics/sph_world.h"
 
 static const int box[3] = {NDIM == 1 ? 14 : NDIM == 2 ? 6 : 4, NDIM == 2 ? 6 : 4, 3};
@@ -105,52 +105,11 @@ static void check_variation(enum kith_kernel kernel, enum side side, bool compat
   world_destroy(&w);
 }
 
-/* ---- frozen nodes ---- */
-
-/* A lattice in balance nearly stays in balance when some of its nodes are frozen: they push as others do,
- * except for X, which is a hundredth of m. */
-static void check_frozen(void) {
-  const struct method m = {KITH_KERNEL_quintic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_GATHER, false, 1, 2};
-  struct world w;
-  uint8_t frozen[MOST] = {0};
-  world_create(&w, box, PERIODIC, 0, &m, 8);
-  const int n = w.nodes->n_internal;
-  for (int i = 0; i < n; ++i) {
-    w.hydro.mass->f64[i] = 4;
-    w.hydro.density->f64[i] = 4;
-    w.hydro.energy->f64[i] = w.hydro.material[w.nodes->list->u8[i]].eos->energy(
-        w.hydro.material[w.nodes->list->u8[i]].settings, 4, 4 * 1.44);
-    for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0;
-    frozen[i] = w.nodes->position->f64[i * NDIM] < 2;
-  }
-  CHECK_OK(kith_integrator_start(&w.it)); /* computes supports */
-  kith_hydro_evaluate_eos(&w.hydro);
-  struct kith_boundaries with = {0}; /* frozen nodes first, so that they have images */
-  CHECK_OK(kith_boundaries_add(&with, &kith_boundary_constant, 0, 0, 1, false, false));
-  kith_nodes_drop_ghosts(w.nodes);
-  struct kith_field *grad_h_term = kith_nodes_field_named(w.nodes, "grad_h_term");
-  kith_package_clear(&w.package);
-  memset(grad_h_term->f64, 0, (size_t)n * sizeof(double));
-  CHECK_OK(kith_package_init(&w.package)); /* as in a run: first the package, then nodes are frozen */
-  CHECK_OK(kith_constant_take(with.boundary[0], w.nodes, frozen));
-  for (int a = 0; a < NDIM; ++a)
-    CHECK_OK(kith_boundaries_add(&with, &kith_boundary_periodic, a, 0, w.length[a], true, true));
-  kith_boundaries_clear(&w.boundaries);
-  w.boundaries = with;
-  world_base(&w);
-  CHECK_OK(kith_integrator_rates(&w.it));
-  CHECK(w.nodes->n_internal > 0 && w.nodes->n_internal < n);
-  /* Without the frozen nodes forces would be of order P / (rho spacing) = 1.4. */
-  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) CHECK_CLOSE(w.hydro.acceleration->f64[k], 0, 2e-3);
-  world_destroy(&w);
-}
-
 int main(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k)
     for (int side = OPEN; side <= REFLECTING; ++side)
       if (NDIM < 3 || (side + k) % 3 == 0 || (k == KITH_KERNEL_wendland_c2 && side == REFLECTING))
         check_variation((enum kith_kernel)k, (enum side)side, (k + side) % 2 == 0);
   check_variation(KITH_KERNEL_quintic, PERIODIC, false);
-  check_frozen();
   return check_failed();
 }

@@ -109,6 +109,27 @@ static void obstacles(void) {
   }
 }
 
+/* Gas at rest between frozen nodes that continue its lattice stays at rest: in 1-D to round-off, in 2-D and
+ * 3-D but for its densities, which are summed, while theirs are given (with sph and mfm it moved with up to
+ * 2 % of its sound speed where frozen nodes had no corrections). */
+static void frozen_nodes_hold_gas(const char *package) {
+  static const char yaml[] =
+      "dimension: 1\nscene: rest\nresolution: {1d: 40, 2d: 30, 3d: 20}\n"
+      "domain: {lower: [0, 0, 0], upper: [1.4, 0.3, 0.3]}\n"
+      "boundaries: {x: open, y: periodic, z: periodic}\nmaterials: {gas: {gamma: 1.4}}\nregions:\n"
+      "  - {material: gas, lattice: cubic, where: {x: [0, 0.3]}, density: 1, pressure: 1, frozen: true}\n"
+      "  - {material: gas, lattice: cubic, where: {x: [0.3, 1.1]}, density: 1, pressure: 1}\n"
+      "  - {material: gas, lattice: cubic, where: {x: [1.1, 1.4]}, density: 1, pressure: 1, frozen: true}\n"
+      "until: 0.1\n";
+  struct scenario s = {0};
+  if (scenario_open(&s, yaml, "method.package=%s", package) && scenario_run(&s, 100)) {
+    const double fastest = kith_hydro_totals(&s.simulation->hydro).velocity_over_sound;
+    if (fastest > (NDIM == 1 ? 1e-13 : 1.5e-3)) fprintf(stderr, "%s: %g\n", package, fastest);
+    CHECK(fastest < (NDIM == 1 ? 1e-13 : 1.5e-3));
+  }
+  scenario_close(&s);
+}
+
 /* Opens a shipped scene with a package and these settings. */
 static bool open_input(struct scenario *s, const char *name, const char *settings, const char *package) {
   char path[256], yaml[4096];
@@ -330,7 +351,9 @@ int main(void) {
   omp_set_num_threads(1); /* for so few nodes */
   stream_stays_uniform();
   obstacles();
-  for (const struct kith_package_ops *const *p = kith_package_all(); NDIM == 2 && *p != NULL; ++p) {
+  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
+    frozen_nodes_hold_gas((*p)->name);
+    if (NDIM != 2) continue;
     cylinder((*p)->name);
     fine_wall((*p)->name);
     wedge((*p)->name);
