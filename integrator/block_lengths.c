@@ -2,6 +2,7 @@
 #include "integrator/block_lengths.h"
 
 #include <math.h>
+#include "lib/connectivity/traversal.h"
 #include "lib/core/random.h"
 
 enum {
@@ -174,16 +175,14 @@ static double neighbor_acceleration(const struct kith_integrator *it, kith_index
   const size_t own = (size_t)i * NDIM, other = (size_t)rows->node[e] * NDIM;
   const double divergence = it->package->velocity_divergence->f64[i], c = hydro->sound_speed->f64[i],
                support = nodes->support->f64[i] * exp(dt * divergence / NDIM);
-  double r2 = 0, w, g;
-  for (size_t a = 0; a < NDIM; ++a) {
-    const double shift = rows->shift != NULL ? nodes->shifts.by[rows->shift[e]][a] : 0,
-                 x = nodes->position->f64[other + a] - nodes->position->f64[own + a] + shift +
-                     dt * (hydro->velocity->f64[other + a] - hydro->velocity->f64[own + a]);
-    r2 += x * x;
-  }
-  kith_kernel_value(it->package->kernel, KITH_MIN(1, sqrt(r2) / support), &w, &g);
+  double x[NDIM], w, g;
+  kith_entry_separation(nodes, rows, i, e, x);
+  for (size_t a = 0; a < NDIM; ++a)
+    x[a] += dt * (hydro->velocity->f64[other + a] - hydro->velocity->f64[own + a]);
+  const double r = kith_norm(x);
+  kith_kernel_value(it->package->kernel, KITH_MIN(1, r / support), &w, &g);
   return hydro->mass->f64[rows->node[e]] * c * c / hydro->density->f64[i] *
-         kith_kernel_constant(it->package->kernel) * fabs(g) * sqrt(r2) /
+         kith_kernel_constant(it->package->kernel) * fabs(g) * r /
          (kith_pow_dim(support) * support * support);
 }
 

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "lib/connectivity/traversal.h"
 
 /* Indices of the sums. */
 enum { MASS, ENERGY, MOMENTUM, SUMS = MOMENTUM + NDIM };
@@ -124,14 +125,10 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
 static bool is_significant(const struct kith_integrator *it, kith_index i, size_t e) {
   const struct kith_nodes *nodes = it->nodes;
   const struct kith_rows *rows = &it->connectivity->rows;
-  const kith_index j = rows->node[e];
-  const double *xi = nodes->position->f64 + (size_t)i * NDIM, *xj = nodes->position->f64 + (size_t)j * NDIM;
   double d[NDIM];
-  for (int a = 0; a < NDIM; ++a) {
-    const double by = rows->shift != NULL ? nodes->shifts.by[rows->shift[e]][a] : 0;
-    d[a] = (xj[a] + by - xi[a]) / nodes->stretch[a];
-  }
-  return kith_norm(d) <= fmax(nodes->support->f64[i], nodes->support->f64[j]);
+  kith_entry_separation(nodes, rows, i, e, d);
+  for (int a = 0; a < NDIM; ++a) d[a] /= nodes->stretch[a];
+  return kith_norm(d) <= fmax(nodes->support->f64[i], nodes->support->f64[rows->node[e]]);
 }
 
 /* Returns the outward derivative of the outward velocity at node i, by partners further in. */

@@ -105,10 +105,27 @@ bool kith_window_meets(struct kith_integrator *it) {
   return kith_ranks_any(it->nodes->ranks, wake(it, reached(it, moves)));
 }
 
-double kith_window_at_rest(const struct kith_integrator *it) {
+double kith_window_at_rest(const struct kith_integrator *it, double dt) {
   const kith_index n = it->nodes->n_internal;
-  kith_index disturbed = 0;
-#pragma omp parallel for schedule(static) reduction(+ : disturbed)
-  for (kith_index i = 0; i < n; ++i) disturbed += is_disturbed(it, i);
-  return n > 0 ? 1 - (double)disturbed / n : 0;
+  const double *x = it->nodes->position->f64;
+  double lower[NDIM], upper[NDIM], fastest = 0;
+  kith_index unreached = 0;
+  for (int a = 0; a < NDIM; ++a) lower[a] = INFINITY, upper[a] = -INFINITY;
+  for (kith_index i = 0; i < n; ++i) {
+    if (!is_disturbed(it, i)) continue;
+    fastest = fmax(fastest,
+                   kith_norm(it->hydro->velocity->f64 + (size_t)i * NDIM) + it->hydro->sound_speed->f64[i]);
+    for (int a = 0; a < NDIM; ++a) {
+      lower[a] = fmin(lower[a], x[(size_t)i * NDIM + a]);
+      upper[a] = fmax(upper[a], x[(size_t)i * NDIM + a]);
+    }
+  }
+  for (kith_index i = 0; i < n; ++i) {
+    bool outside = false;
+    for (int a = 0; a < NDIM; ++a)
+      outside = outside || x[(size_t)i * NDIM + a] < lower[a] - 2 * fastest * dt ||
+                x[(size_t)i * NDIM + a] > upper[a] + 2 * fastest * dt;
+    unreached += outside;
+  }
+  return n > 0 ? (double)unreached / n : 0;
 }

@@ -375,11 +375,12 @@ static bool is_accepted(const struct kith_options *options, const char *told) {
 
 /* Prints settings that would save time, and their trade-off: model no more than a scene needs. Block steps
  * pay where steps differ much: a tick costs more than a step of as many nodes, and steps are rounded down.
- * Limits at the start say nothing of energies that are released later. */
-static void show_cheaper(const struct plan *plan, const struct kith_options *options) {
+ * The start says nothing of energies that are released later. */
+static void show_cheaper(const struct plan *plan, const struct kith_options *options, double until) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
-  const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings);
+  const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings),
+             late = isfinite(kith_deposits_next(m->scene, 0));
   const struct kith_package_traits traits = kith_package_traits(m->package.ops, m->package.settings);
   const bool possible = it->scheme->blocks != NULL && it->fixed_dt <= 0 && m->package.barrier == NULL &&
                         traits.all_rows == NULL;
@@ -393,15 +394,13 @@ static void show_cheaper(const struct plan *plan, const struct kith_options *opt
   const bool may_sleep = it->nodes->activity == NULL && !it->scheme->retries && !it->scheme->implicit &&
                          !kith_rebuilds_lasting(&m->rebuilds) && m->hydro.outside_force == NULL &&
                          traits.all_rows == NULL && traits.history == NULL;
-  const double rest = may_sleep ? kith_window_at_rest(it) : 0;
+  const double rest = may_sleep ? kith_window_at_rest(it, until) : 0;
   char window[160];
-  snprintf(
-      window, sizeof window,
-      "window=follow: %.0f %% of the nodes are at rest at the start, and cost little until a signal comes",
-      100 * rest);
+  snprintf(window, sizeof window,
+           "window=follow: no signal reaches %.0f %% of the nodes; gas at rest costs little until one comes",
+           100 * rest);
   const char *const settings[] = {
-      blocks == (share < 0.4) || isfinite(kith_deposits_next(m->scene, 0)) ? NULL : steps,
-      rest < 0.5 ? NULL : window,
+      blocks == (share < 0.4) || late ? NULL : steps, rest < 0.3 || late ? NULL : window,
       kith_rebuilds_lasting(&m->rebuilds) || it->nodes->activity != NULL
           ? NULL
           : "connectivity.rebuild=displacement: Verlet lists, for flow much slower than sound; they cost "
@@ -514,7 +513,7 @@ static void show(struct plan *plan, const struct kith_options *options, double u
   show_memory(plan);
   show_dt(plan, until);
   show_cost(plan, options, until);
-  show_cheaper(plan, options);
+  show_cheaper(plan, options, until);
   fflush(stdout);
   if (options->ranks > 1 && show_ranks(plan, options) != KITH_OK)
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());

@@ -180,12 +180,15 @@ static kith_status fail_here(const struct reader *r, struct kith_config_node *no
   return kith_config_fail(node, key, "%s", what);
 }
 
-/* Is a line, counted from 0, indented by a tab? */
-static bool has_tab(const struct reader *r, size_t line) {
+/* Copies a line, counted from 0, without the blanks in front. */
+static void copy_line(const struct reader *r, size_t line, char *to, size_t size) {
   const char *p = r->text, *const end = r->text + r->length;
   for (; line > 0 && p != NULL; --line) p = memchr(p, '\n', (size_t)(end - p)), p += p != NULL;
   while (p != NULL && p < end && *p == ' ') ++p;
-  return p != NULL && p < end && *p == '\t';
+  const size_t length = p != NULL ? KITH_MIN((size_t)(end - p), size - 1) : 0;
+  if (length > 0) memcpy(to, p, length);
+  to[length] = '\0';
+  to[strcspn(to, "\n")] = '\0';
 }
 
 /* Fails with libyaml's message and its line. For text that could not be decoded libyaml gives an offset only,
@@ -199,10 +202,13 @@ static kith_status fail_syntax(const struct reader *r) {
     for (size_t i = 0; i < KITH_MIN(p->problem_offset, r->length); ++i) line += r->text[i] == '\n';
   }
   r->target->location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0, 0, false};
-  if (has_tab(r, line)) return kith_config_fail(r->target, NULL, "not YAML: indented by a tab; take blanks");
-  return kith_config_fail(r->target, NULL, "not YAML: %s%s%s",
+  char text[512];
+  copy_line(r, line, text, sizeof text);
+  if (text[0] == '\t') return kith_config_fail(r->target, NULL, "not YAML: indented by a tab; take blanks");
+  return kith_config_fail(r->target, NULL, "not YAML: %s%s%s%s",
                           p->problem != NULL ? p->problem : "cannot be read", p->context != NULL ? " " : "",
-                          p->context != NULL ? p->context : "");
+                          p->context != NULL ? p->context : "",
+                          strstr(text, " ? ") != NULL ? "; a formula with a colon needs quotes" : "");
 }
 
 static kith_status next_event(struct reader *r) {

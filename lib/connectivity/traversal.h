@@ -37,6 +37,20 @@ KITH_INLINE void kith_row_separations(const struct kith_nodes *nodes, const stru
     kith_lanes_separations(x, i, node, shift, nodes->shifts.by, n, to, stride, r2);
 }
 
+/* Sets d = x_j - x_i for entry e of row i alone; returns its square. */
+static inline double kith_entry_separation(const struct kith_nodes *nodes, const struct kith_rows *rows,
+                                           kith_index i, size_t e, double d[NDIM]) {
+  const double *xi = nodes->position->f64 + (size_t)i * NDIM,
+               *xj = nodes->position->f64 + (size_t)rows->node[e] * NDIM,
+               *by = rows->shift != NULL ? nodes->shifts.by[rows->shift[e]] : NULL;
+  double r2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    d[a] = (by != NULL ? xj[a] + by[a] : xj[a]) - xi[a];
+    r2 += d[a] * d[a];
+  }
+  return r2;
+}
+
 typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
                                 struct kith_scratch *scratch);
 

@@ -20,21 +20,6 @@ static inline double height(const struct mfm_faces *f, double support) {
   return kith_kernel_constant(f->kernel) / kith_pow_dim(support);
 }
 
-/* Sets d = x_k - x_j for the image of j at entry e of row k; returns its square. */
-static inline double separation(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k,
-                                size_t e, double *d) {
-  const double *x = f->nodes->position->f64, *by = NULL;
-  const kith_index j = rows->node[e];
-  double r2 = 0;
-  if (rows->shift != NULL) by = f->nodes->shifts.by[rows->shift[e]];
-  const double *xk = x + (size_t)k * NDIM, *xj = x + (size_t)j * NDIM;
-  for (int a = 0; a < NDIM; ++a) {
-    d[a] = xk[a] - (by != NULL ? xj[a] + by[a] : xj[a]);
-    r2 += d[a] * d[a];
-  }
-  return r2;
-}
-
 /* Is k a node of the quadrature? A ghost that is no neighbor of an internal node is not: its row may be
  * incomplete. */
 static inline bool is_quadrature_node(const struct mfm_faces *f, const struct kith_rows *rows, kith_index k) {
@@ -57,7 +42,7 @@ KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pas
     size_t count = 1;
     for (size_t e = rows->first[k]; e < rows->first[k + 1]; ++e) {
       const kith_index j = rows->node[e];
-      const double r2 = separation(f, rows, k, e, d);
+      const double r2 = kith_entry_separation(f->nodes, rows, k, e, d);
       if (!(r2 < h[j] * h[j])) continue;
       kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
       sum += w * height(f, h[j]);
@@ -83,7 +68,7 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
       const bool self = e + 1 == rows->first[k];
       const kith_index j = self ? k : rows->node[e];
       double w, g, d[NDIM] = {0};
-      const double r2 = self ? 0 : separation(f, rows, k, e, d);
+      const double r2 = self ? 0 : kith_entry_separation(f->nodes, rows, k, e, d);
       if (!(r2 < h[j] * h[j])) continue;
       kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
       const double c = scale * height(f, h[j]);
@@ -92,7 +77,7 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
       f->holders.node[at++] = j;
       memset(value, 0, KITH_LANES * sizeof *value);
       value[0] = c * w;
-      for (int a = 0; a < NDIM; ++a) value[1 + a] = c * g * d[a] / (h[j] * h[j]);
+      for (int a = 0; a < NDIM; ++a) value[1 + a] = -c * g * d[a] / (h[j] * h[j]);
     }
   }
 }
@@ -234,9 +219,9 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const size_t p = f->graph.pairs.of_row[e];
       double d[NDIM];
-      separation(f, rows, i, e, d);
+      kith_entry_separation(f->nodes, rows, i, e, d);
       const double sign = kith_pair_starts(&f->graph, i, e) ? 1 : -1, *area = f->area->value + p * NDIM;
-      for (int a = 0; a < NDIM; ++a) trace -= sign * area[a] * d[a];
+      for (int a = 0; a < NDIM; ++a) trace += sign * area[a] * d[a];
     }
     const double wanted = 2 * NDIM * kith_ball() * kith_pow_dim(h[i]) / f->neighbors;
     f->stretch->f64[i] = KITH_MIN(KITH_MAX(wanted / trace, 1 - most_stretch), 1 + most_stretch) - 1;

@@ -25,6 +25,9 @@ static void syntax(void) {
   refused("m: {x: 1,\n  \"x\": 2}\n", "f:2: m.x: duplicate key, first on line 1");
   refused("a: 1\nb: [1, 2\nc: 3\n",
           "f:3: not YAML: did not find expected ',' or ']' while parsing a flow sequence");
+  refused("a: 1\nm: {b: x > 0 ? 1 : 2}\n",
+          "f:2: not YAML: did not find expected ',' or '}' while parsing a flow "
+          "mapping; a formula with a colon needs quotes");
   refused("a: 1\n\tb: 2\n", "f:2: not YAML: indented by a tab; take blanks");
   refused("a:\n  b: 1\n  \tc: 2\n", "f:3: not YAML: indented by a tab; take blanks");
   refused("a:\n\tb: 1\n", "f:2: not YAML: indented by a tab; take blanks");
