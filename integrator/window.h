@@ -27,9 +27,9 @@ void kith_window_follow(struct kith_integrator *integrator);
 /* Wakes nodes near ones that move, when lists are made. Returns whether any has woken on any rank: then the
  * lists lack its row. */
 bool kith_window_meets(struct kith_integrator *integrator);
-/* Returns the share of the nodes of this rank that no signal reaches within dt after the last evaluation: those
- * outside of the box around the disturbed nodes, widened by twice the way of the fastest signal, as shocks are
- * faster than the sound ahead of them. */
+/* Returns the share of the nodes of this rank that no signal reaches within dt after the last evaluation:
+ * those outside of the box around the disturbed nodes, widened by twice the way of the fastest signal, as
+ * shocks are faster than the sound ahead of them. */
 double kith_window_at_rest(const struct kith_integrator *integrator, double dt);
 
 #endif

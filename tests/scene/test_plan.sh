@@ -160,7 +160,7 @@ for scene in copper-piston driven-shock layer; do
   done
 done
 
-# A window is suggested for a long tube, most of which no wave reaches, and not for a blast that fills its box.
+# A window is suggested for a long tube, most of which no wave reaches, and not for a blast.
 wide=(--set domain.lower=[-2,0,0] --set domain.upper=[2,1,1] --set regions.0.where.x=[-2,0]
   --set regions.1.where.x=[0,2])
 shown "window=follow: no signal reaches 76 %" "$kith" plan "$inputs/sod.yaml" --set dimension=1 "${wide[@]}"
