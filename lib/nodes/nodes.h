@@ -191,6 +191,9 @@ kith_status kith_nodes_flag(struct kith_nodes *nodes);
 static inline bool kith_node_is_gas(const struct kith_nodes *nodes, kith_index i) {
   return nodes->flag == NULL || nodes->flag->u8[i] == KITH_GAS;
 }
+static inline bool kith_node_is_frozen(const struct kith_nodes *nodes, kith_index i) {
+  return nodes->flag != NULL && nodes->flag->u8[i] == KITH_FROZEN;
+}
 
 /* Are nodes begin .. end - 1 all idle? */
 static inline bool kith_all_idle(const uint8_t *activity, kith_index begin, kith_index end) {

@@ -228,13 +228,17 @@ static void stretch_chunk(void *context, kith_index begin, kith_index end, struc
   }
 }
 
+/* Stretches the faces. A frozen node has no rates, and so no sum of its faces: it takes the stretch of its
+ * partner. */
 static void stretch(struct mfm_faces *f) {
   kith_halo_refresh(f->halo, f->nodes, &f->stretch, 1);
-  const double *more = f->stretch->f64;
 #pragma omp parallel for schedule(static)
   for (size_t p = 0; p < f->graph.pairs.n; ++p) {
     const kith_index *pair = f->graph.pairs.node[p];
-    for (int a = 0; a < NDIM; ++a) f->area->value[p * NDIM + a] *= 1 + 0.5 * (more[pair[0]] + more[pair[1]]);
+    double more = 0;
+    for (int end = 0; end < 2; ++end)
+      more += 0.5 * f->stretch->f64[pair[kith_node_is_frozen(f->nodes, pair[end]) ? 1 - end : end]];
+    for (int a = 0; a < NDIM; ++a) f->area->value[p * NDIM + a] *= 1 + more;
   }
 }
 
@@ -249,16 +253,6 @@ KITH_HOT static void product(void *context, kith_index begin, kith_index end, st
     product_chunk(pass, false, begin, end, s);
 }
 
-/* Is the ghost a frozen node, or an image of one? */
-static bool is_of_frozen(const struct kith_nodes *nodes, kith_index ghost) {
-  while (ghost >= nodes->n_internal) { /* the control of an image may be an image */
-    const struct kith_ghost_block *block = kith_nodes_ghost_block(nodes, ghost);
-    if (block->kind != KITH_GHOST_IMAGE) return block->kind == KITH_GHOST_FROZEN;
-    ghost = block->control[ghost - block->first];
-  }
-  return false;
-}
-
 /* Refreshes the quadrature of ghosts. Every rank has all frozen nodes, but not the rows of all: what matters
  * of them and their images is computed here, as the control of an image may be far from the gas of this
  * rank. */
@@ -266,7 +260,7 @@ static void refresh_quadrature(struct pass *pass) {
   struct mfm_faces *f = pass->faces;
   kith_halo_refresh(f->halo, f->nodes, &f->quadrature, 1);
   for (kith_index k = f->nodes->n_internal; k < pass->connectivity->rows.n; ++k)
-    if (is_of_frozen(f->nodes, k)) partition_chunk_of[f->kernel](pass, k, k + 1, NULL);
+    if (kith_node_is_frozen(f->nodes, k)) partition_chunk_of[f->kernel](pass, k, k + 1, NULL);
 }
 
 /* Makes the lists of holders. */

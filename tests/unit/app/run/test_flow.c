@@ -358,6 +358,7 @@ int main(void) {
     fine_wall((*p)->name);
     wedge((*p)->name);
   }
+  frozen_nodes_hold_gas("mfm method.faces=integrated");
   if (NDIM == 2) coarse_wall("sph");
   waves_leave();
   outflow_stays_ordered();
