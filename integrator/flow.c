@@ -120,30 +120,30 @@ static kith_status leave(struct kith_integrator *it, const struct kith_boundary 
   return status;
 }
 
-/* Does i or its partner at entry e of row i reach the other? Rows hold more, by the skin of lists and by
- * what supports may grow, and gas must not depend on that. */
-static bool is_significant(const struct kith_integrator *it, kith_index i, size_t e) {
-  const struct kith_nodes *nodes = it->nodes;
-  const struct kith_rows *rows = &it->connectivity->rows;
+/* Does i or its partner j, x_j - x_i away, reach the other? Rows hold more, by the skin of lists and by what
+ * supports may grow, and gas must not depend on that. */
+static bool is_significant(const struct kith_nodes *nodes, kith_index i, kith_index j, const double *x) {
   double d[NDIM];
-  kith_entry_separation(nodes, rows, i, e, d);
-  for (int a = 0; a < NDIM; ++a) d[a] /= nodes->stretch[a];
-  return kith_norm(d) <= fmax(nodes->support->f64[i], nodes->support->f64[rows->node[e]]);
+  for (int a = 0; a < NDIM; ++a) d[a] = x[a] / nodes->stretch[a];
+  return kith_norm(d) <= fmax(nodes->support->f64[i], nodes->support->f64[j]);
 }
 
-/* Returns the outward derivative of the outward velocity at node i, by partners further in. */
+/* Returns the outward derivative of the outward velocity at node i, by partners further in. If these are all
+ * beside i, nearly as deep, as at the tip of a jet, the difference of depths is no measure: divided by it,
+ * noise would grow faster than steps can follow. */
 static double velocity_slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_rows *rows = &it->connectivity->rows;
-  const double *v = it->hydro->velocity->f64 + b->axis, depth = depth_of(it, b, i);
-  double moment = 0, sum = 0;
+  const double *v = it->hydro->velocity->f64 + b->axis;
+  double moment = 0, squares = 0, sum = 0;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     const kith_index j = rows->node[e];
-    if (!is_significant(it, i, e)) continue;
-    const double d = fmin(depth_of(it, b, j) - depth, 0);
-    moment += d * d;
+    double x[NDIM];
+    const double square = kith_entry_separation(it->nodes, rows, i, e, x), d = x[b->axis];
+    if (d * kith_flow_outwards(b) >= 0 || !is_significant(it->nodes, i, j, x)) continue;
+    moment += d * d, squares += square; /* of even partners moment is squares / NDIM */
     sum += d * (v[(size_t)j * NDIM] - v[(size_t)i * NDIM]);
   }
-  return moment > 0 ? kith_flow_outwards(b) * sum / moment : 0;
+  return moment > 0 ? sum / fmax(moment, 0.1 * squares) : 0;
 }
 
 /* Sets the rates of node i in the zone of an outflow (flow.h). */
