@@ -264,6 +264,10 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[MFM_PRESSURE] = hydro->pressure->f64[i];
   packed[MFM_SOUND] = hydro->sound_speed->f64[i];
   const struct kith_material *material = &hydro->material[hydro->nodes->list->u8[i]];
+  /* A predicted energy may be below 0: two pressures without sound would drive a contact without limit. */
+  if (material->eos->power_law != NULL)
+    packed[MFM_PRESSURE] =
+        KITH_MAX(packed[MFM_PRESSURE], -material->eos->power_law(material->settings).stiffness);
   packed[MFM_GAMMA] = kith_material_gamma(material, hydro->density->f64[i], hydro->energy->f64[i]);
   packed[MFM_INVERSE_GAMMA] = 1 / packed[MFM_GAMMA];
   packed[MFM_INVERSE_DENSITY] = 1 / packed[MFM_DENSITY];

@@ -243,6 +243,28 @@ static void check_linear(enum kith_kernel kernel) {
   world_destroy(&w);
 }
 
+/* Between nodes with predicted energies below 0, too, the heats of a pair are the work of its force. */
+static void check_below_zero(void) {
+  const double g[3] = {0};
+  const struct form form = {MFM_FACES_ONE_POINT, true, KITH_TRAVERSE_PAIRS, KITH_KERNEL_cubic};
+  struct world w;
+  mfm_create(&w, boxes[0], OPEN, 0.2, &form, 5);
+  make_gas(&w, -2, g);
+  uint64_t seed = 7;
+  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) w.hydro.velocity->f64[k] = check_random(&seed);
+  world_base(&w);
+  CHECK_OK(world_evaluate(&w));
+  double sum = 0, scale = 0;
+  for (int i = 0; i < w.nodes->n_internal; ++i) {
+    const double mass = w.hydro.mass->f64[i], heat = mass * w.hydro.energy_rate->f64[i],
+                 work =
+                     mass * kith_dot(w.hydro.velocity->f64 + i * NDIM, w.hydro.acceleration->f64 + i * NDIM);
+    sum += heat + work, scale += fabs(heat) + fabs(work);
+  }
+  CHECK_CLOSE(sum, 0, 1e-13 * scale);
+  world_destroy(&w);
+}
+
 /* Above 1-D, nodes on a line have no gradient; then faces of SPH push them. */
 static void check_line(void) {
   const int cells[3] = {9, 1, 1};
@@ -260,6 +282,7 @@ static void check_line(void) {
 int main(void) {
   check_worlds();
   for (int k = 0; k < KITH_N_KERNELS; ++k) check_linear((enum kith_kernel)k);
+  check_below_zero();
   check_line();
   return check_failed();
 }
