@@ -99,9 +99,8 @@ static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
       return "its acceleration is not finite";
   if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i]))
     return "its density is not a positive number";
-  const double *v = hydro->velocity->f64 + (size_t)i * NDIM, u = hydro->energy->f64[i];
-  /* An energy is known to the round-off of the kinetic energy with which it is exchanged. */
-  const bool zero = u < 0 && u > -1e-15 * kith_dot(v, v);
+  const double u = hydro->energy->f64[i];
+  const bool zero = u < 0 && u > -kith_hydro_energy_round_off(hydro, i);
   return kith_material_outside(&hydro->material[hydro->nodes->list->u8[i]], hydro->density->f64[i],
                                zero ? 0 : u, hydro->pressure->f64[i], hydro->sound_speed->f64[i]);
 }

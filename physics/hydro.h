@@ -89,6 +89,13 @@ void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro);
  * DIVERGED names the first internal node whose position, velocity, energy or support is not finite. */
 kith_status kith_hydro_finite(const struct kith_hydro *hydro);
 
+/* Returns the round-off of the kinetic energy of node i, with which its internal energy is exchanged: less
+ * than that is as good as 0, neither negative nor to be kept from becoming so. */
+static inline double kith_hydro_energy_round_off(const struct kith_hydro *hydro, kith_index i) {
+  const double *v = hydro->velocity->f64 + (size_t)i * NDIM;
+  return 1e-15 * kith_dot(v, v);
+}
+
 /* Checks the state after rates are computed, to stop a run that left the physical range: DIVERGED names the
  * first internal node with a value that is not finite, or a state outside of its equation of state. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);

@@ -107,7 +107,8 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
     timestep_limit.dt = cfl / divergence, timestep_limit.reason = KITH_LIMIT_compression;
   /* Only where the energy has to stay positive: an isothermal gas may lose all of it. */
   const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
-  if (limits && u > 0 && cooling > 0 && cfl * u / cooling < timestep_limit.dt)
+  if (limits && u > kith_hydro_energy_round_off(hydro, i) && cooling > 0 &&
+      cfl * u / cooling < timestep_limit.dt)
     timestep_limit.dt = cfl * u / cooling, timestep_limit.reason = KITH_LIMIT_cooling;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next) {
     const double dt = p->ops->longest_step != NULL ? cfl * p->ops->longest_step(p, i) : INFINITY;

@@ -162,7 +162,9 @@ static void expect_limit(const struct world *w, const char *reason, int node) {
     const double loss = -w->hydro.energy_rate->f64[i];
     double dt = fmin(cfl * h / signal[i], 0.8 * cfl * sqrt(h / sqrt(a2)));
     dt = fmin(dt, cfl / fabs(w->package.velocity_divergence->f64[i]));
-    if (u > 0 && loss > 0 && w->nodes->list->u8[i] != 1) dt = fmin(dt, cfl * u / loss); /* 1: isothermal */
+    const double *v = w->hydro.velocity->f64 + i * NDIM;
+    if (u > 1e-15 * kith_dot(v, v) && loss > 0 && w->nodes->list->u8[i] != 1) /* 1: isothermal */
+      dt = fmin(dt, cfl * u / loss);
     if (dt < best) best = dt, who = i;
   }
   const struct kith_timestep_limit timestep_limit = kith_package_timestep_limit(&w->package, cfl);
@@ -203,7 +205,10 @@ static void check_limits(bool compatible) {
   expect_limit(&w, "cooling", cold);
   h->energy->f64[cold] = 0; /* no energy to lose */
   expect_limit(&w, "compression", 7);
-  for (int i = 0; i < n; ++i) { /* a tie: the smallest id wins, not the first index */
+  h->energy->f64[cold] = 1e-16 * kith_dot(h->velocity->f64 + cold * NDIM, h->velocity->f64 + cold * NDIM);
+  CHECK(h->energy->f64[cold] > 0);
+  expect_limit(&w, "compression", 7); /* nor beyond round-off */
+  for (int i = 0; i < n; ++i) {       /* a tie: the smallest id wins, not the first index */
     signal[i] = 1e12, w.nodes->support->f64[i] = 1, w.nodes->id->i64[i] = 1000 - i;
     for (int a = 0; a < NDIM; ++a) h->acceleration->f64[i * NDIM + a] = 0;
     w.package.velocity_divergence->f64[i] = 0;
