@@ -19,6 +19,14 @@
  * the limiter of pairs of Hopkins 2015, psi_1 = 1/2, psi_2 = 1/4, without that of nodes, which he has before
  * it; the pressure loses no more than half. Chosen by experiment: van Leer's, L between 0 and D, has 1.5
  * times the error in Gresho's vortex and 0.9 times in Sod's tube; with L up to 2 D Noh's problem fails.
+ *
+ * Where nodes recede from each other, dv . A > 0, the pressure of their face is at most
+ *     P*_ij <= 1.5 max(P_i, P_j)                                                          (5)
+ * (of stiffened gases above -P0). Reconstructed velocities (4) may approach each other although the nodes
+ * recede; in gas so cold that P* is of their difference, not of P, such a face takes many times the heat of
+ * an expansion from both nodes, until their energies are negative. In flows below the speed of sound P* never
+ * gets as far.
+ *
  * The density is that of the node, where Hopkins reconstructs it too: nothing but the impedances rho c of
  * both sides depends on it, and through them P* and S* only as far as the reconstructed states differ. This
  * bounds the damping of a node: at small jumps sum_j A q_i q_j / (q_i + q_j) / m_i <= c_i sum_j A / V_i,
@@ -212,7 +220,9 @@ KITH_INLINE void flux(const double *face, const double *restrict i, const double
                                   J(MFM_SOUND),   J(MFM_GAMMA), J(MFM_INVERSE_GAMMA)};
   const struct mfm_side l = reconstruct(node_i, above_i, i[MFM_INVERSE_DENSITY], slope_i, there),
                         r = reconstruct(node_j, above_j, J(MFM_INVERSE_DENSITY), slope_j, back);
-  const struct mfm_star star = mfm_riemann(l, r);
+  struct mfm_star star = mfm_riemann(l, r);
+  const double most = KITH_MAX(i[MFM_PRESSURE] + 0.5 * above_i, J(MFM_PRESSURE) + 0.5 * above_j);
+  star.pressure = du > 0 ? KITH_MIN(star.pressure, most) : star.pressure; /* (5) */
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * face[a];
   const double push = star.pressure * area, heat_i = -push * (0.5 * du + star.velocity),
                heat_j = -push * (0.5 * du - star.velocity);
