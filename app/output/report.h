@@ -59,8 +59,8 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out);
   X(COUNT, nodes, "nodes", (int64_t)sum[0], "", "internal nodes of all ranks, at the end")                \
   X(COUNT, steps, "steps", (int64_t)it->step, "", "steps since the start of the scene")                   \
   X(REAL, time, "time", it->time, "scene", "time at the end")                                             \
-  X(REAL, wall_seconds, "wall_seconds", wall, "s", "without set-up and pictures")                         \
-  X(REAL, cpu_seconds, "cpu_seconds", sum[3], "s", "processor time of all ranks and threads")             \
+  X(REAL, wall_seconds, "wall_seconds", wall, "s", "of start, steps and all output")                      \
+  X(REAL, cpu_seconds, "cpu_seconds", sum[3], "s", "likewise, processor time of all ranks and threads")   \
   X(REAL, node_updates_per_second, "node_updates_per_second", sum[4] / fmax(wall, 1e-9), "1/s",           \
     "nodes * steps of this process, with block steps updates of active nodes, / wall_seconds")            \
   X(REAL, pairs_per_node, "pairs_per_node", 0.5 * sum[1] / fmax(sum[0], 1), "",                           \

@@ -303,17 +303,15 @@ static void warn_of_cores(const struct kith_ranks *ranks) {
 
 /* Evaluates the first rates of a new run, and takes the totals that its drifts are measured against. */
 static kith_status begin(struct run *run) {
-  run->started = run->saved = kith_seconds();
-  run->cpu_started = cpu_seconds();
   run->first_step = run->simulation->integrator.step;
   if (speaks(run)) kith_simulation_warn(run->simulation);
   if (speaks(run) && !run->options->quiet) warn_of_cores(run->ranks);
   kith_status status = KITH_OK;
-  if (run->options->restart == NULL) {
-    KITH_STAGE(status, run->profile, "comparison", compare_start(run));
-    KITH_TRY(status);
-    KITH_TRY(kith_simulation_start(run->simulation));
-  }
+  if (run->options->restart == NULL) KITH_STAGE(status, run->profile, "comparison", compare_start(run));
+  KITH_TRY(status);
+  run->started = run->saved = kith_seconds();
+  run->cpu_started = cpu_seconds();
+  if (run->options->restart == NULL) KITH_TRY(kith_simulation_start(run->simulation));
   run->first_updates = run->simulation->integrator.ledger.updates;
   run->first_pairs = run->simulation->package.pair_evaluations;
   if (run->options->restart != NULL) return KITH_OK;
@@ -442,11 +440,11 @@ static kith_status finish(struct run *run) {
   const bool first = speaks(run);
   kith_status status;
   char path[640];
+  KITH_STAGE(status, run->profile, "output", write_state(run));
+  KITH_TRY(status);
   kith_report_collect(report, run->simulation, &run->baseline, &run->provenance, updates(run),
                       (double)(run->simulation->package.pair_evaluations - run->first_pairs),
                       kith_seconds() - run->started, cpu_seconds() - run->cpu_started);
-  KITH_STAGE(status, run->profile, "output", write_state(run));
-  KITH_TRY(status);
   KITH_STAGE(status, run->profile, "comparison", compare(run, report));
   KITH_TRY(status);
   kith_profile_begin(run->profile, "pictures");

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# test_stages.sh PROGRAMS INPUTS: the manual describes every stage that runs go through, and the seconds of
-# the stages of the first level sum to those of the whole program.
+# test_stages.sh PROGRAMS INPUTS: the manual describes every stage that runs go through, the seconds of the
+# stages of the first level sum to those of the whole program, and those of some to wall_seconds.
 inputs=$(readlink -f "$2")
 source "$(dirname "$0")/common.sh"
 page=$inputs/../app/manual/stages.md
@@ -35,5 +35,12 @@ awk '/"program_seconds"/ {program = $2 + 0}
   END {if (!(sum > 0.9 * program && sum <= program)) print sum " of " program " seconds"}' \
   gather/report.json >differs
 [[ ! -s differs ]] || wrong "stages of the first level: $(<differs)"
+
+# wall_seconds are those of start, steps and output. The last snapshot is a third of them here.
+awk '/"wall_seconds"/ {wall = $2 + 0}
+  /^    "[a-z-]*(\/.*)?": \{/ {part = /"(start|step|output)"/}
+  part && /"seconds"/ {sum += $2; part = 0}
+  END {if (!(sum > 0.9 * wall && sum < 1.1 * wall)) print sum " of " wall " seconds"}' gather/report.json >differs
+[[ ! -s differs ]] || wrong "wall_seconds: $(<differs)"
 
 exit $((failures > 0))
