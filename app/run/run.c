@@ -122,7 +122,10 @@ static kith_status prepare(struct run *run) {
       run->ranks, kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL)));
   const struct kith_watchdog watchdog = {o->watchdog, write_stage, run->profile};
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, kith_ranks_watch(run->ranks, &watchdog)));
-  kith_profile_align(run->profile); /* after a reduction, which all ranks leave together */
+  const double now = kith_seconds(); /* the same moment for all ranks: they leave a reduction together */
+  double age = now - run->entered;
+  kith_ranks_max(run->ranks, &age, 1);
+  kith_profile_align(run->profile, now - age);
   kith_profile_begin_since(run->profile, "set-up", run->entered);
   KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, read_scene(run)));

@@ -114,8 +114,8 @@ void kith_profile_destroy(struct kith_profile **profile) {
   kith_free(profile);
 }
 
-void kith_profile_align(struct kith_profile *profile) {
-  if (profile != NULL) profile->origin = kith_seconds();
+void kith_profile_align(struct kith_profile *profile, double origin) {
+  if (profile != NULL) profile->origin = origin;
 }
 
 static inline bool same(const char *a, const char *b) {
@@ -282,9 +282,8 @@ double kith_profile_counted(const struct kith_profile *p, const char *path, cons
 }
 
 static void write_event(const struct kith_profile *p, FILE *file, int process, int row, struct event event) {
-  const double start = KITH_MAX(event.start, p->origin); /* what began before all ranks were there */
   fprintf(file, ",\n{\"ph\":\"X\",\"pid\":%d,\"tid\":%d,\"ts\":%.3f,\"dur\":%.3f,", process, row,
-          1e6 * (start - p->origin), 1e6 * KITH_MAX(event.stop - start, 0));
+          1e6 * (event.start - p->origin), 1e6 * (event.stop - event.start));
   fprintf(file, "\"name\":\"%s\",\"args\":{\"path\":\"%s\"}}", event.timer->name, event.timer->path);
 }
 
