@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
+#include "app/cli/process.h"
 
 #define NAME(name, least, kind, value, unit, doc) \
   if (NDIM >= (least)) strcat(strcat(names, names[0] != '\0' ? "," : ""), #name);
@@ -11,7 +12,7 @@
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *m, bool restarted) {
   char names[1024] = "";
-  history->started = kith_seconds();
+  history->started = kith_seconds() - kith_process_age();
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
   KITH_HISTORY_LIST(NAME)
   return kith_csv_log_open(&history->steps, directory, "history.csv", names,

@@ -1,5 +1,5 @@
 /* history.h - DIR/history.csv, a row for each step; readable by gnuplot and pandas as it is. A restart
- * continues it: it reads like that of the uninterrupted run. */
+ * continues it: but for `seconds` it reads like that of the uninterrupted run. */
 #ifndef KITH_APP_OUTPUT_HISTORY_H
 #define KITH_APP_OUTPUT_HISTORY_H
 
@@ -45,7 +45,7 @@
 struct kith_history {
   struct kith_csv_log steps; /* on rank 0 */
   double largest_imbalance;  /* found by a check after the first; 0: none */
-  double started;            /* kith_seconds */
+  double started;            /* kith_seconds when the process began */
 };
 
 /* Opens the table on rank 0. `restarted`: keeps rows up to the simulation's step; BAD_FILE for other

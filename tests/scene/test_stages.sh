@@ -43,4 +43,13 @@ awk '/"wall_seconds"/ {wall = $2 + 0}
   END {if (!(sum > 0.9 * wall && sum < 1.1 * wall)) print sum " of " wall " seconds"}' gather/report.json >differs
 [[ ! -s differs ]] || wrong "wall_seconds: $(<differs)"
 
+# Seconds of history.csv count from the start of the program: the last row comes after set-up, start and steps.
+awk -F '[,:]' 'FNR == NR {last = $NF + 0; next}
+  /"program_seconds"/ {program = $2 + 0}
+  /^    "[a-z-]*(\/.*)?": \{/ {part = /"(set-up|start|step)"/}
+  part && /"seconds"/ {sum += $2; part = 0}
+  END {if (!(last >= sum && last <= program)) print last ", not in " sum " to " program}' \
+  gather/history.csv gather/report.json >differs
+[[ ! -s differs ]] || wrong "seconds of history.csv: $(<differs)"
+
 exit $((failures > 0))
