@@ -180,7 +180,8 @@ static kith_status predict_nodes(struct kith_integrator *it, bool first) {
   return KITH_OK;
 }
 
-/* Counts updates in the profile, by the length of the step that they end. */
+/* Counts updates in the profile, by the length of the step that they end, and all longer steps before: the
+ * profile shows counters in the order in which they come. */
 static void count_levels(const struct kith_integrator *it) {
 #define OF(n) "updates, base step / " #n
   static const char *const name[] = {OF(1),      OF(2),      OF(4),      OF(8),     OF(16),    OF(32),
@@ -196,8 +197,10 @@ static void count_levels(const struct kith_integrator *it) {
     const kith_index i = kith_near_node(it, k);
     if (kith_node_active(it->nodes, i)) count[KITH_MIN(ilogb(KITH_TICKS / step[i]), LEVELS - 1)] += 1;
   }
-  for (int level = 0; level < LEVELS; ++level)
-    if (count[level] > 0) kith_profile_count(it->profile, name[level], (double)count[level]);
+  int levels = LEVELS;
+  while (levels > 0 && count[levels - 1] == 0) --levels;
+  for (int level = 0; level < levels; ++level)
+    kith_profile_count(it->profile, name[level], (double)count[level]);
 }
 
 /* Begins the next step of active nodes, after the evaluation. `first`: the first tick of a base step, at

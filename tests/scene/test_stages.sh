@@ -52,4 +52,9 @@ awk -F '[,:]' 'FNR == NR {last = $NF + 0; next}
   gather/history.csv gather/report.json >differs
 [[ ! -s differs ]] || wrong "seconds of history.csv: $(<differs)"
 
+# Updates of block time steps are listed from the longest step to the shortest.
+"$kith" run tiny.yaml --quiet --profile -o levels --set scheme.steps=block --set resolution=400 |
+  sed -n 's/.*updates, base step \/ \([0-9]*\) .*/\1/p' >levels.txt
+sort -nc levels.txt && (($(wc -l <levels.txt) > 2)) || wrong "levels of steps: $(tr '\n' ' ' <levels.txt)"
+
 exit $((failures > 0))
