@@ -130,7 +130,8 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   const uint64_t wanted = options->steps >= 0 ? (uint64_t)options->steps : 10;
   const struct kith_totals before = kith_hydro_totals(&m->hydro);
   KITH_TRY(kith_simulation_start(m));
-  const uint64_t evaluated = m->package.pair_evaluations, updated = it->ledger.updates;
+  const uint64_t evaluated = m->package.pair_evaluations, updated = it->ledger.updates,
+                 rebuilt = it->ledger.lifecycles;
   const double start = kith_seconds();
   while (it->step < wanted && it->time < m->scene->until) KITH_TRY(kith_simulation_step(m, m->scene->until));
   const double seconds = kith_seconds() - start,
@@ -139,7 +140,7 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   const struct kith_totals after = kith_hydro_totals(&m->hydro);
   static const char lists[] = "step/lifecycle/connectivity";
   out->updates = updates, out->per_second = updates / seconds;
-  out->rebuilds = (double)it->ledger.lifecycles - 1;
+  out->rebuilds = (double)(it->ledger.lifecycles - rebuilt);
   out->energy_drift = (after.kinetic + after.internal) / (before.kinetic + before.internal) - 1;
   out->traversal = m->package.traversal;
   out->candidates = kith_profile_counted(m->profile, lists, "candidates") / updates;
