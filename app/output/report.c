@@ -212,7 +212,7 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   put_sum(detail, "remote_ghosts_kept", ranks, (double)remote.kept);
   put_sum(detail, "nodes_migrated", ranks, (double)d->migrated);
   put(detail, "repartitions", number((double)d->repartitions));
-  put(detail, "largest_imbalance", number(largest_imbalance));
+  put(detail, "largest_imbalance", number(largest_imbalance > 0 ? largest_imbalance : NAN));
   if (ranks != NULL) KITH_TRY(unite_stages(m->profile, ranks));
   r->n_stages = kith_profile_stages(m->profile, &r->stages);
   r->n_counters = kith_profile_counters(m->profile, &r->counters);

@@ -10,7 +10,11 @@
  *                                        and pictures, sum up to program_seconds
  *   fom.<name>                           figures of merit, over the seconds of the steps alone
  *   ledger.<name>                        counts of the connectivity lifecycle, of all ranks, and bytes
- *   ranks_detail.<name>[.{min,mean,max}] what each of several ranks did and exchanged
+ *   ranks_detail.<name>[.{min,mean,max}] what each of several ranks did and exchanged; largest_imbalance
+ *                                        is null if no check followed the first one
+ * Counts are those since the start of the scene, over all restarts: steps, pair_evaluations, those of ledger
+ * and of remote ghosts. Seconds, rates, stages, messages, message_bytes and collective_calls are those of
+ * this process alone.
  * A number that is not finite is null.
  *
  * A stage in which ranks exchange data includes waiting: what a rank has more than the least of the ranks. */

@@ -115,15 +115,21 @@ static void print_stages(const struct kith_report *r, bool all, FILE *f) {
   }
   fprintf(f, "  %-*s %9s %11.5f %5.1f %%\n", WIDTH, "outside of any stage", "", rest, 100 * rest / program);
   fprintf(f, "  %-*s %9s %11.5f %5.1f %%\n", WIDTH, "program", "", program, 100.0);
+  if (spread != NULL)
+    fprintf(f, "  calls, seconds and shares%s are those of rank 0\n", all ? ", and counts (.)," : "");
   if (all) print_counters(r, NULL, f);
 }
 
+/* Seconds and messages are those of this process, after a restart too; counts are sums over all steps. */
 static void print_cost(const struct kith_report *r, FILE *f) {
-  fprintf(f, "\n  steps and output: %.3f s wall, %.3f s cpu; %.1f pairs per node, %.3g pair evaluations\n",
-          r->wall_seconds, r->cpu_seconds, r->pairs_per_node, r->pair_evaluations);
+  fprintf(f, "\n  steps and output: %.3f s wall, %.3f s cpu", r->wall_seconds, r->cpu_seconds);
+  if (r->ranks > 1)
+    fprintf(f, "; %.4g messages of %.4g bytes in the mean", at(r->ledger, "messages"),
+            at(r->ledger, "message_bytes") / KITH_MAX(at(r->ledger, "messages"), 1));
+  fprintf(f, "\n  %.1f pairs per node at the end; since the start of the scene %.3g pair evaluations\n",
+          r->pairs_per_node, r->pair_evaluations);
   if (r->ranks == 1) return;
-  fprintf(f, "  %.4g messages of %.4g bytes in the mean; remote ghosts: %.4g created, %.4g kept\n",
-          at(r->ledger, "messages"), at(r->ledger, "message_bytes") / KITH_MAX(at(r->ledger, "messages"), 1),
+  fprintf(f, "  in all lists since then: %.4g remote ghosts created, %.4g kept\n",
           at(r->ranks_detail, "remote_ghosts_created"), at(r->ranks_detail, "remote_ghosts_kept"));
   fprintf(f, "  %.4g nodes migrated, %.4g repartitions", at(r->ranks_detail, "nodes_migrated"),
           at(r->ranks_detail, "repartitions"));

@@ -191,8 +191,9 @@ static void collected(void) {
     const struct kith_traffic none = {0};
     CHECK_OK(kith_provenance_take(&provenance, (char *[]){"kith", "run", "it's one", "--set=a=[1]", NULL}));
     kith_report_collect(&r, s.simulation, &baseline, &provenance, 2 * n, 5 * n, 2.0, 3.0);
-    CHECK_OK(kith_report_detail_ranks(&r, s.simulation, &none, 3, 1));
+    CHECK_OK(kith_report_detail_ranks(&r, s.simulation, &none, 3, 0));
     json_t *json = written(&r);
+    check_number(json, "ranks_detail|largest_imbalance", NAN); /* no check found any, and none is below 1 */
     check_number(json, "steps", 3), check_number(json, "nodes", n), check_number(json, "cpu_seconds", 3);
     check_number(json, "node_updates_per_second", n * 2 / 2.0), check_number(json, "dimension", NDIM);
     check_number(json, "kinetic|start", s.start.kinetic);
@@ -267,6 +268,7 @@ static void profile(void) {
   fflush(f);
   CHECK(strstr(text, ". pairs 4250000\n") != NULL && strstr(text, "\n  . restarts 2\n") != NULL);
   CHECK(strstr(text, "    rows ") == NULL && strstr(text, "of all ranks") == NULL);
+  CHECK(strstr(text, "\n  calls, seconds and shares are those of rank 0\n") > strstr(text, ". restarts 2"));
   r.wall_seconds = 0; /* no division by zero */
   kith_report_print(&r, true, f);
   kith_free(&r.stage_spread);
