@@ -40,8 +40,8 @@ struct kith_counter {
  * and it is said how many were left out. */
 kith_status kith_profile_create(struct kith_profile **out, int threads, bool trace);
 void kith_profile_destroy(struct kith_profile **profile);
-/* Times of the trace count from `origin` (kith_seconds), before which nothing may have begun. Processes have a
- * common clock in their traces if it is the same moment for all. */
+/* Times of the trace count from `origin` (kith_seconds), before which nothing may have begun. Processes have
+ * a common clock in their traces if it is the same moment for all. */
 void kith_profile_align(struct kith_profile *profile, double origin);
 
 void kith_profile_begin(struct kith_profile *profile, const char *name);

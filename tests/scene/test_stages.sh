@@ -40,10 +40,11 @@ awk '/"program_seconds"/ {program = $2 + 0}
 awk '/"wall_seconds"/ {wall = $2 + 0}
   /^    "[a-z-]*(\/.*)?": \{/ {part = /"(start|step|output)"/}
   part && /"seconds"/ {sum += $2; part = 0}
-  END {if (!(sum > 0.9 * wall && sum < 1.1 * wall)) print sum " of " wall " seconds"}' gather/report.json >differs
+  END {if (!(sum > 0.9 * wall && sum < 1.1 * wall)) print sum " of " wall " seconds"}' \
+  gather/report.json >differs
 [[ ! -s differs ]] || wrong "wall_seconds: $(<differs)"
 
-# Seconds of history.csv count from the start of the program: the last row comes after set-up, start and steps.
+# Seconds of history.csv count from the start of the program: the last row comes after set-up and steps.
 awk -F '[,:]' 'FNR == NR {last = $NF + 0; next}
   /"program_seconds"/ {program = $2 + 0}
   /^    "[a-z-]*(\/.*)?": \{/ {part = /"(set-up|start|step)"/}
