@@ -260,19 +260,22 @@ static void show_method(const struct plan *plan) {
   line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }
 
+/* Ghosts grow as a surface with the resolution, and are a smaller part of the nodes of a large scene. */
 static void show_memory(const struct plan *plan) {
   struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
-  const double n = fmax(plan->simulation->nodes->n_internal, 1);
+  const struct kith_nodes *nodes = plan->simulation->nodes;
+  const double n = plan->node_ratio * fmax(nodes->n_internal, 1), ghosts = plan->node_ratio * nodes->n_ghost,
+               of_all = (n + ghosts / plan->resolution_ratio) / (n + ghosts);
   double total = 0;
   char text[32];
   kith_simulation_bytes(plan->simulation, bytes);
-  printf("\n  %-12s  %12s  %14s\n", "memory", "in all", "bytes per node");
+  printf("\n  %-12s  %12s  %14s\n", "memory", "at the start", "bytes per node");
   for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
-    total += plan->node_ratio * (double)bytes[k].bytes;
-    printf("    %-10s  %12s  %14.1f\n", bytes[k].name,
-           kith_text_bytes(text, plan->node_ratio * (double)bytes[k].bytes), (double)bytes[k].bytes / n);
+    const double b = plan->node_ratio * (double)bytes[k].bytes * (bytes[k].of_ghosts ? of_all : 1);
+    total += b;
+    printf("    %-10s  %12s  %14.1f\n", bytes[k].name, kith_text_bytes(text, b), b / n);
   }
-  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n / plan->node_ratio);
+  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n);
 }
 
 static void show_dt(const struct plan *plan, double until) {
@@ -531,8 +534,13 @@ static kith_status read_scenes(struct plan *plan, const struct kith_options *o) 
     status = kith_scene_read_at(&plan->coarse, o,
                                 2 * ceil(0.5 * plan->scene->resolution * kith_root_dim(MODEL_NODES / sites)));
     if (status == KITH_OK) status = kith_initial_conditions_outline(plan->coarse, site_volume, &coarse);
-    if (status == KITH_OK)
+    if (status == KITH_OK) {
       plan->node_ratio = sites / coarse, plan->resolution_ratio = kith_root_dim(plan->node_ratio);
+      for (struct kith_deposit *d = plan->coarse->deposit;
+           d < plan->coarse->deposit + plan->coarse->n_deposits; ++d)
+        if (!(d->radius > 0))
+          d->energy *= plan->node_ratio; /* some nodes get it: each as much as in the scene */
+    }
   }
   kith_free(&site_volume);
   return status;

@@ -496,13 +496,13 @@ void kith_simulation_destroy(struct kith_simulation **simulation) {
 void kith_simulation_bytes(const struct kith_simulation *m,
                            struct kith_bytes out[KITH_SIMULATION_STRUCTURES]) {
   const struct kith_connectivity *c = m->connectivity;
-  out[0] = (struct kith_bytes){"nodes", kith_nodes_bytes(m->nodes)};
-  out[1] = (struct kith_bytes){"search", kith_search_bytes(m->search)};
-  out[2] = (struct kith_bytes){"connectivity", kith_connectivity_bytes(c)};
-  out[3] = (struct kith_bytes){"package", kith_package_bytes(&m->package)};
-  out[4] = (struct kith_bytes){"pairwise",
+  out[0] = (struct kith_bytes){"nodes", true, kith_nodes_bytes(m->nodes)};
+  out[1] = (struct kith_bytes){"search", true, kith_search_bytes(m->search)};
+  out[2] = (struct kith_bytes){"connectivity", false, kith_connectivity_bytes(c)};
+  out[3] = (struct kith_bytes){"package", false, kith_package_bytes(&m->package)};
+  out[4] = (struct kith_bytes){"pairwise", false,
                                kith_pairwise_bytes(&c->pairs) + kith_pairwise_bytes(&c->overlap_pairs)};
-  out[5] = (struct kith_bytes){"integrator", kith_integrator_bytes(&m->integrator)};
+  out[5] = (struct kith_bytes){"integrator", true, kith_integrator_bytes(&m->integrator)};
 }
 
 /* --- conservation --- */

@@ -51,6 +51,7 @@ void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes);
 /* Memory of a structure, for plan and report. */
 struct kith_bytes {
   const char *name;
+  bool of_ghosts; /* has places for ghosts, as many as for other nodes */
   size_t bytes;
 };
 enum { KITH_SIMULATION_STRUCTURES = 6 };

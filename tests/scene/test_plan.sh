@@ -180,6 +180,18 @@ if [[ -x $programs/kith-2d ]]; then
   awk -v few="$few" -v planned="$planned" \
     '/^  ghosts/ {d = $2 * 2000 / few - planned; exit !(d * d < 4)}' stdout ||
     wrong "$planned ghosts of a large scene, beside $(grep '^  ghosts' stdout) with $few nodes a length"
+
+  # A blast heats as many nodes, so their sound speed rises as the resolution, and steps fall as its square.
+  # With fewer ghosts a node takes less memory.
+  large=("$kith" plan "$inputs/sedov.yaml" --set dimension=2 --set until=0)
+  ok "${large[@]}" --set resolution=2000
+  tee all <stdout | grep -q "^  simulated *resolution $few," || wrong "a large blast: $(head -3 stdout)"
+  ok "${large[@]}" --set resolution="$few"
+  awk -v few="$few" '/^    nodes/ {bytes[++n] = $NF} /^  first dt/ {dt[n] = $3}
+    END {d = dt[1] / dt[2] * (2000 / few) ^ 2 - 1
+      if (!(d * d < 1e-4 && bytes[1] < 0.99 * bytes[2])) print dt[1], dt[2], bytes[1], bytes[2]}' \
+    all stdout >differs
+  [[ ! -s differs ]] || wrong "first dt and memory of a large blast: $(<differs)"
 fi
 
 # Plans of runs above a second make a calibration run: their number of steps is that of the run within a
