@@ -32,8 +32,8 @@ struct kith_calibration {
   double growth;
 };
 /* Runs the scene of `options` for about `budget` seconds, judged by `cost`, the estimate for the scene
- * itself: as it is if that suffices, else at a lower resolution. It is stopped if it takes three times as
- * long. Fails as any run does. */
+ * itself: as it is if that suffices, else at a lower resolution, and at half of that: the steps expected lie
+ * on the line through both. It is stopped if it takes three times as long. Fails as any run does. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  double resolution, double until, double cost, double budget);
 

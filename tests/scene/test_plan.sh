@@ -208,6 +208,18 @@ if [[ $("$kith" --version) != *Debug* ]]; then
   taken=$(sed -n 's/^ *"steps": \([0-9]*\).*/\1/p' tube/report.json)
   ((10 * planned > 9 * taken && 10 * planned < 11 * taken)) || wrong "$planned steps planned, $taken taken"
   for setting in "${cheaper[@]}"; do ok "$kith" run tiny.yaml --quiet -o cheap --set "$setting"; done
+
+  # With block steps of a blast a node takes as many updates with twice the resolution, or somewhat more.
+  if [[ -x $programs/kith-2d ]]; then
+    blast=("$inputs/sedov.yaml" --threads 1 --set dimension=2 --set resolution=100 --set method.package=mfm
+      --set scheme.steps=block)
+    shown "a calibration run took" "$kith" plan "${blast[@]}"
+    planned=$(sed -n 's/^ *updates *about \([0-9]*\).*/\1/p' stdout)
+    ok "$kith" run "${blast[@]}" --quiet -o blast --set output.plot=false
+    taken=$(awk '/"nodes": [0-9]/ && !n {n = $2 + 0} /"updates":/ {print int($2 / n - 2)}' blast/report.json)
+    ((10 * planned > 8 * taken && 10 * planned < 11 * taken)) ||
+      wrong "$planned updates planned, $taken taken"
+  fi
 fi
 
 # ---- list
