@@ -126,10 +126,10 @@ static void print_cost(const struct kith_report *r, FILE *f) {
   if (r->ranks > 1)
     fprintf(f, "; %.4g messages of %.4g bytes in the mean", at(r->ledger, "messages"),
             at(r->ledger, "message_bytes") / KITH_MAX(at(r->ledger, "messages"), 1));
-  fprintf(f, "\n  %.1f pairs per node at the end; since the start of the scene %.3g pair evaluations\n",
+  fprintf(f, "\n  %.1f pairs per node at the end, %.3g pair evaluations since the start of the scene\n",
           r->pairs_per_node, r->pair_evaluations);
   if (r->ranks == 1) return;
-  fprintf(f, "  in all lists since then: %.4g remote ghosts created, %.4g kept\n",
+  fprintf(f, "  %.4g remote ghosts created since then, %.4g of them kept\n",
           at(r->ranks_detail, "remote_ghosts_created"), at(r->ranks_detail, "remote_ghosts_kept"));
   fprintf(f, "  %.4g nodes migrated, %.4g repartitions", at(r->ranks_detail, "nodes_migrated"),
           at(r->ranks_detail, "repartitions"));
