@@ -118,6 +118,7 @@ static bool tears(const struct kith_material *material, const struct kith_region
 kith_status kith_region_state(const struct kith_region *region, const struct kith_material *material,
                               const double *x, struct kith_region_state *state) {
   static const char *const name[3] = {"velocity along x", "velocity along y", "velocity along z"};
+  double pressure, sound_speed;
   *state = (struct kith_region_state){.pressure = NAN};
   KITH_TRY(density_at(region, x, &state->density));
   for (int a = 0; a < NDIM; ++a)
@@ -132,7 +133,13 @@ kith_status kith_region_state(const struct kith_region *region, const struct kit
       return refuse(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   }
   const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
-  return possible ? KITH_OK : refuse(region, "energy", state->energy, x);
+  if (!possible) return refuse(region, "energy", state->energy, x);
+  /* Now, since no step checks frozen nodes: they would drive the gas beside them without limit. */
+  kith_material_state(material, 1, &state->density, &state->energy, &pressure, &sound_speed);
+  const char *outside = kith_material_outside(material, state->density, state->energy, pressure, sound_speed);
+  return outside == NULL ? KITH_OK
+                         : kith_config_fail(region->node, NULL, "%s (density %g, energy %g) at " KITH_PLACE,
+                                            outside, state->density, state->energy, KITH_COORDINATES(x));
 }
 
 kith_status kith_region_damage(const struct kith_region *region, const double *x, double *damage) {

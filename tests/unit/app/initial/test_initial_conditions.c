@@ -394,6 +394,13 @@ static void state_errors(void) {
   add(&s, KITH_LATTICE_CUBIC, "1");
   s.scene.material[0] = material_of("isothermal", "sound_speed=2"); /* its pressure is 4 there */
   refuses(&s, "hand.yaml:10", "pressure is not what its eos has");
+  open_scene(&s, 0, 1, 10);
+  add(&s, KITH_LATTICE_CUBIC, "1"); /* a solid that is pressed to four times its density, frozen or not */
+  replace(&s.region[0].pressure, NULL);
+  replace(&s.region[0].energy, "0.1");
+  s.region[0].frozen = true;
+  s.scene.material[0] = material_of("mie-grueneisen", "density=0.25 slope=1.5");
+  refuses(&s, "hand.yaml:10", "it is compressed beyond what the Hugoniot of its material allows (density 1,");
   for (int torn = 0; torn < 2; ++torn) { /* a stiffened gas bears tension, down to -stiffness */
     open_scene(&s, 0, 1, 10);
     add(&s, KITH_LATTICE_CUBIC, "1");
