@@ -185,6 +185,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
       package.no_between != NULL && couples, no_between,
       "ellipsoids do not tell what is between two nodes, as barriers, porosity and damage require; take "
       "spheres");
+  REFUSE_IF(package.no_between != NULL && s->n_added > 0, no_between,
+            "conduction and viscosity would differ along the axes of ellipsoids; take spheres");
   REFUSE_IF(
       recompute && !package.recomputes, "partition.ghosts",
       "package %s has two passes before its forces, which would need three layers of ghosts; take exchange",

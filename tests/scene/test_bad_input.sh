@@ -214,6 +214,8 @@ for layer in plate layer; do
   refused "--set method.stretch: ellipsoids do not tell what is between" "$kith" plan "$2/$layer.yaml" \
     --set 'method.stretch=[1, 2, 1]' --set dimension=2
 done
+refused "--set method.stretch: conduction and viscosity would differ along" "$kith" plan "$2/heat-wave.yaml" \
+  --set 'method.stretch=[1, 2, 1]' --set dimension=2
 refused "--set arrangement: means nothing without two regions" "$kith" plan tiny.yaml \
   --set arrangement=equal-mass --set regions.1.spacing=0.01
 refused "--set packages: coupling has nothing to couple" \
