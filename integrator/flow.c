@@ -139,8 +139,10 @@ static double velocity_slope(const struct kith_integrator *it, const struct kith
     const kith_index j = rows->node[e];
     double x[NDIM];
     const double square = kith_entry_separation(it->nodes, rows, i, e, x), d = x[b->axis];
-    if (d * kith_flow_outwards(b) >= 0 || !is_significant(it->nodes, i, j, x)) continue;
-    moment += d * d, squares += square; /* of even partners moment is squares / NDIM */
+    if (!is_significant(it->nodes, i, j, x)) continue;
+    squares += square; /* on all sides: of what is beside i round-off decides whether it is further in */
+    if (d * kith_flow_outwards(b) >= 0) continue;
+    moment += d * d; /* of even partners squares / (2 NDIM) */
     sum += d * (v[(size_t)j * NDIM] - v[(size_t)i * NDIM]);
   }
   return moment > 0 ? sum / fmax(moment, 0.1 * squares) : 0;
