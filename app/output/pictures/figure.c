@@ -111,8 +111,9 @@ void kith_range_include(struct kith_range *r, double value) {
 }
 
 struct kith_range kith_range_with_room(struct kith_range r) {
+  /* Pictures have 9 digits: bounds that agree in all of them are none, and gnuplot stops. */
   const double size = KITH_MAX(fabs(r.lower), fabs(r.upper)), flat = KITH_MAX(0.1 * size, 1e-12),
-               room = r.upper - r.lower > 1e-10 * size ? 0.06 * (r.upper - r.lower) : flat;
+               room = r.upper - r.lower > 1e-8 * size ? 0.06 * (r.upper - r.lower) : flat;
   return (struct kith_range){r.lower - room, r.upper + room};
 }
 

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include "app/cli/process.h"
+#include "app/output/pictures/figure.h"
 #include "app/output/pictures/plot.h"
 #include "tests/unit/files.h"
 
@@ -239,6 +240,16 @@ static void drawing(void) {
   free(path);
 }
 
+/* Bounds of a range must differ as they are written, with 9 digits, however flat a curve is. */
+static void flat_ranges(void) {
+  for (int k = 0; k < 18; ++k) {
+    const struct kith_range r = kith_range_with_room((struct kith_range){1.5, 1.5 + 3 * pow(10, -k)});
+    char lower[32], upper[32];
+    snprintf(lower, sizeof lower, "%.9g", r.lower), snprintf(upper, sizeof upper, "%.9g", r.upper);
+    CHECK(strcmp(lower, upper) != 0);
+  }
+}
+
 int main(void) {
   static const char *const files[] = {"profile.dat", "exact.dat", "mean.dat",  "plot.gp",
                                       "plot.png",    "plot.pdf",  "map_1.bin", "map_2.bin",
@@ -247,6 +258,7 @@ int main(void) {
   CHECK_OK(kith_resize(&position, 0, MANY * NDIM, sizeof *position));
   CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));
   CHECK_OK(kith_resize(&scalar, 0, MANY, sizeof *scalar));
+  flat_ranges();
   contents();
   default_pictures();
   errors_in_window();
