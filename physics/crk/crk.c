@@ -134,7 +134,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[CRK_RATE] = packed[CRK_VOLUME] / (frozen ? 1 : crk->omega->f64[i]);
 }
 
-static void lend(const double *restrict i, double *restrict j) {
+static void copy_corrections(const double *restrict i, double *restrict j) {
   for (int k = CRK_KERNEL; k < CRK_PACKED; ++k) J(k) = i[k];
   J(CRK_SMOOTH) = i[CRK_SMOOTH];
   J(CRK_RATE) = i[CRK_RATE] * J(CRK_VOLUME) / i[CRK_VOLUME];
@@ -150,7 +150,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                                               .kick = kick,
                                               .connectivity = connectivity,
                                               .pack = pack,
-                                              .lend = lend,
+                                              .copy_corrections = copy_corrections,
                                               .evaluate = pair_crk_of[package->kernel],
                                               .n_packed = CRK_PACKED,
                                               .constants = &constants,

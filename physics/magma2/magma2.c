@@ -122,7 +122,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
     packed[MAGMA2_SLOPE + a] = m->slope != NULL ? m->slope->f64[(size_t)i * NDIM + a] : 0;
 }
 
-static void lend(const double *restrict i, double *restrict j) {
+static void copy_corrections(const double *restrict i, double *restrict j) {
   const double h = i[KITH_PACKED_INVERSE] / J(KITH_PACKED_INVERSE), scale = kith_pow_dim(h) / (h * h);
   for (int k = MAGMA2_MATRIX; k < MAGMA2_SLOPE; ++k) J(k) = i[k] * scale;
 }
@@ -169,7 +169,7 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
                                               .kick = kick,
                                               .connectivity = connectivity,
                                               .pack = pack,
-                                              .lend = lend,
+                                              .copy_corrections = copy_corrections,
                                               .evaluate = pair_magma2_of[package->kernel],
                                               .n_packed = MAGMA2_PACKED,
                                               .constants = &constants,

@@ -288,7 +288,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
     packed[MFM_MATRIX + m] = mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m];
 }
 
-static void lend_one_point(const double *restrict i, double *restrict j) {
+static void copy_one_point_corrections(const double *restrict i, double *restrict j) {
   const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h) / (h * h);
   for (int k = MFM_CENTRAL; k < MFM_PACKED_ONE_POINT; ++k) J(k) = i[k] * scale;
 }
@@ -339,7 +339,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
                                   .kick = kick,
                                   .connectivity = connectivity,
                                   .pack = pack,
-                                  .lend = lend_one_point,
+                                  .copy_corrections = copy_one_point_corrections,
                                   .evaluate = pair_one_point_of[package->kernel],
                                   .n_packed = MFM_PACKED_ONE_POINT,
                                   .exchanged = slopes,
@@ -353,7 +353,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
     mfm->faces.halo = hydro->halo;
     KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
     force.connectivity = &mfm->faces.graph, force.evaluate = integrated, force.n_packed = MFM_PACKED;
-    force.lend = NULL;
+    force.copy_corrections = NULL;
     force.edges = NDIM, force.edge = mfm->faces.area;
   }
   return kith_force(&force);

@@ -24,7 +24,7 @@ void kith_force_correct_frozen(const struct kith_force_pass *pass, kith_index i,
                                size_t n, struct kith_scratch *s) {
   const double *self = packed_particle(pass, i);
   for (size_t k = 0; k < n; ++k)
-    if (pass->flag[partner[k]] == KITH_FROZEN) pass->lend(self, s->lane + k);
+    if (pass->flag[partner[k]] == KITH_FROZEN) pass->copy_corrections(self, s->lane + k);
 }
 
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,

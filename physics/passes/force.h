@@ -55,7 +55,7 @@ typedef void kith_force_packed(const struct kith_package *package, kith_index i,
 
 /* Gives partner j, a frozen node, the corrections of i (terms of grad h, moments of the kernel): it has none
  * of its own, and where some nodes are corrected and others are not, gas at rest moves. */
-typedef void kith_force_lend(const double *restrict i, double *restrict j);
+typedef void kith_force_copy_corrections(const double *restrict i, double *restrict j);
 
 struct kith_force_pass;
 /* Loads n <= KITH_BLOCK partners of i and evaluates the pairs; values of edges are in the lanes already.
@@ -71,10 +71,10 @@ struct kith_force_pass {
   const struct kith_kick *kick;
   const struct kith_connectivity *connectivity;
   kith_force_packed *pack;
-  kith_force_block *evaluate; /* of the kernel of the package */
-  kith_force_lend *lend;      /* NULL: particles have no corrections */
-  int n_packed, edges;        /* doubles of a particle, of an edge */
-  const void *constants;      /* handed to the pair function */
+  kith_force_block *evaluate;                    /* of the kernel of the package */
+  kith_force_copy_corrections *copy_corrections; /* NULL: particles have no corrections */
+  int n_packed, edges;                           /* doubles of a particle, of an edge */
+  const void *constants;                         /* handed to the pair function */
   /* Fields that ghosts need, exchanged once the particles of internal nodes are packed. */
   struct kith_field *const *exchanged;
   int n_exchanged;
@@ -150,7 +150,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
     }
   }
   if (shift != NULL) kith_force_shift(pass, shift, n, s);
-  if (pass->flag != NULL && pass->lend != NULL) kith_force_correct_frozen(pass, i, partner, n, s);
+  if (pass->flag != NULL && pass->copy_corrections != NULL) kith_force_correct_frozen(pass, i, partner, n, s);
   if (pass->barrier != NULL) kith_force_mirror(pass, i, partner, n, s);
   const size_t lanes = (n + 7) / 8 * 8;
 #pragma omp simd

@@ -109,7 +109,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   for (int a = 0; a < NDIM; ++a) packed[REMIX_SLOPE + a] = remix->slope->f64[(size_t)i * NDIM + a];
 }
 
-static void lend(const double *restrict i, double *restrict j) {
+static void copy_corrections(const double *restrict i, double *restrict j) {
   for (int k = REMIX_KERNEL; k < REMIX_PACKED; ++k) J(k) = i[k];
 }
 
@@ -200,7 +200,7 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
                                               .kick = kick,
                                               .connectivity = connectivity,
                                               .pack = pack,
-                                              .lend = lend,
+                                              .copy_corrections = copy_corrections,
                                               .evaluate = pair_remix_of[package->kernel],
                                               .n_packed = REMIX_PACKED,
                                               .constants = &constants,

@@ -164,7 +164,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[SPH_ENERGY] = hydro->energy->f64[i];
 }
 
-static void lend(const double *restrict i, double *restrict j) {
+static void copy_corrections(const double *restrict i, double *restrict j) {
   J(SPH_GRAD_H_TERM) = i[SPH_GRAD_H_TERM] * J(SPH_MASS) / i[SPH_MASS];
 }
 
@@ -186,7 +186,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
                                               .kick = kick,
                                               .connectivity = connectivity,
                                               .pack = pack,
-                                              .lend = lend,
+                                              .copy_corrections = copy_corrections,
                                               .evaluate = (sph->all_terms ? pair_all_of
                                                            : sph->full    ? pair_full_of
                                                                           : pair_simple_of)[package->kernel],

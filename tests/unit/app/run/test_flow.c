@@ -110,8 +110,8 @@ static void obstacles(void) {
 }
 
 /* Gas at rest between frozen nodes that continue its lattice stays at rest: in 1-D to round-off, in 2-D and
- * 3-D but for its densities, which are summed, while theirs are given (with sph and mfm it moved with up to
- * 2 % of its sound speed where frozen nodes had no corrections). */
+ * 3-D but for its densities, which are summed, while theirs are given. Without corrections of frozen nodes it
+ * moves with 0.0025 to 0.02 of its sound speed. */
 static void frozen_nodes_hold_gas(const char *package) {
   static const char yaml[] =
       "dimension: 1\nscene: rest\nresolution: {1d: 40, 2d: 30, 3d: 20}\n"
