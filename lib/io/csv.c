@@ -19,7 +19,8 @@ static kith_status kept_length(FILE *file, const char *path, const char *names, 
   size_t size = 0;
   rewind(file);
   ssize_t n = getline(&line, &size, file);
-  const bool same = n == (ssize_t)strlen(names) + 1 && strncmp(line, names, strlen(names)) == 0;
+  const bool same = (n > 0 && line[n - 1] != '\n') || /* not finished: the table is begun */
+                    (n == (ssize_t)strlen(names) + 1 && strncmp(line, names, strlen(names)) == 0);
   for (*kept = 0; n > 0 && line[n - 1] == '\n'; n = getline(&line, &size, file)) {
     if (*kept > 0 && strtoull(line, NULL, 10) > last) break;
     *kept += (size_t)n;

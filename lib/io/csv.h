@@ -15,7 +15,7 @@ struct kith_csv_log {
 
 /* DIRECTORY/FILE. `names`: of the columns, with commas. A new file replaces an old one. With `last` the table
  * is continued: rows whose first column, a step, is at most *last are kept, others and an unfinished one are
- * removed; BAD_FILE if its columns are not these. An empty file, or none, is begun. */
+ * removed; BAD_FILE if its columns are not these. A file without a whole line, or none, is begun. */
 kith_status kith_csv_log_open(struct kith_csv_log *out, const char *directory, const char *file,
                               const char *names, const uint64_t *last);
 /* After the values of a row were printed to `file`: ends it. BAD_FILE if it could not be written. */

@@ -75,6 +75,13 @@ static void unusual_files(void) {
     CHECK(strcmp(read_text(), "step,word,x\n") == 0);
     write_text(path, "");
   }
+  static const char *const unfinished[] = {"step,word,x", "st"}; /* the line of names */
+  for (size_t k = 0; k < sizeof unfinished / sizeof *unfinished; ++k) {
+    write_text(path, unfinished[k]);
+    CHECK_OK(kith_csv_log_open(&log, ".", path, names, &step));
+    CHECK_OK(kith_csv_log_close(&log));
+    CHECK(strcmp(read_text(), "step,word,x\n") == 0);
+  }
   static const char *const others[] = {"a,b\n1,2\n",    "step,word\n1,2\n", "step,word,x,y\n",
                                        "word,step,x\n", "word,stepx\n",     "word\n"};
   for (size_t k = 0; k < sizeof others / sizeof *others; ++k) {
