@@ -61,27 +61,37 @@ static const struct kith_param materials_params[] = {
     {"and", KITH_PARAM_NAME, "", "", "another; none: the same", KITH_INTO(struct materials, and)},
     {0}};
 
-static kith_status find_list(const struct kith_nodes *nodes, const char *name, int *list) {
-  for (*list = 0; *list < nodes->n_lists; ++*list)
-    if (strcmp(nodes->lists[*list].name, name) == 0) return KITH_OK;
-  KITH_FAIL(BAD_INPUT, "excluder materials: there is no material '%s'", name);
+/* The list of a material among the targets and among the sources; -1: they have none of it. */
+struct lists {
+  int of_targets, of_sources;
+};
+
+static int list_named(const struct kith_nodes *nodes, const char *name) {
+  int l = nodes->n_lists - 1;
+  while (l >= 0 && strcmp(nodes->lists[l].name, name) != 0) --l;
+  return l;
 }
 
 /* self: the lists of the two. */
 static kith_status find_lists(struct kith_excluder *excluder, const struct kith_selection *targets,
                               const struct kith_selection *sources) {
   const struct materials *m = excluder->settings;
-  (void)sources;
-  if (excluder->self == NULL) KITH_TRY(kith_resize(&excluder->self, 0, 2, sizeof(int)));
-  int *list = excluder->self;
-  KITH_TRY(find_list(targets->nodes, m->of, &list[0]));
-  return find_list(targets->nodes, m->and[0] != '\0' ? m->and : m->of, &list[1]);
+  const char *const name[] = {m->of, m->and[0] != '\0' ? m->and : m->of};
+  if (excluder->self == NULL) KITH_TRY(kith_resize(&excluder->self, 0, 2, sizeof(struct lists)));
+  struct lists *list = excluder->self;
+  for (int k = 0; k < 2; ++k) {
+    list[k] = (struct lists){list_named(targets->nodes, name[k]), list_named(sources->nodes, name[k])};
+    if (list[k].of_targets < 0 && list[k].of_sources < 0)
+      KITH_FAIL(BAD_INPUT, "excluder materials: there is no material '%s'", name[k]);
+  }
+  return KITH_OK;
 }
 
 static bool of_materials(const struct kith_excluder *excluder, const struct kith_candidate *c) {
-  const int *list = excluder->self;
+  const struct lists *list = excluder->self;
   const int i = c->targets->nodes->list->u8[c->i], j = c->sources->nodes->list->u8[c->j];
-  return (i == list[0] && j == list[1]) || (i == list[1] && j == list[0]);
+  return (i == list[0].of_targets && j == list[1].of_sources) ||
+         (i == list[1].of_targets && j == list[0].of_sources);
 }
 
 const struct kith_excluder_ops kith_excluder_materials = {

@@ -56,6 +56,33 @@ static void check_scene_words(void) {
   kith_nodes_destroy(&nodes);
 }
 
+/* Targets and sources may be of nodes whose lists have other numbers, or that lack a material. */
+static void check_materials_of_two(void) {
+  static const char *const of_targets[] = {"gas", "dust"}, *const of_sources[] = {"dust", "ice", "gas"};
+  struct kith_nodes *t, *s;
+  struct kith_excluders chain;
+  CHECK_OK(kith_nodes_create(&t, 2, of_targets));
+  CHECK_OK(kith_nodes_create(&s, 3, of_sources));
+  for (int l = 0; l < 2; ++l) CHECK_OK(kith_nodes_append(t, l, 1, NULL));
+  for (int l = 0; l < 3; ++l) CHECK_OK(kith_nodes_append(s, l, 1, NULL));
+  const struct kith_selection targets = {.nodes = t}, sources = {.nodes = s};
+#define APART(i, j) \
+  kith_excluder_rejects(chain.excluder, KITH_BROAD, &(struct kith_candidate){&targets, &sources, i, j, 0})
+  CHECK_OK(kith_excluders_create(&chain, "materials:of=gas and=dust"));
+  CHECK_OK(kith_excluder_setup(chain.excluder, &targets, &sources));
+  CHECK(APART(0, 0) && APART(1, 2) && !APART(0, 2) && !APART(1, 0) && !APART(0, 1) && !APART(1, 1));
+  kith_excluders_clear(&chain);
+  CHECK_OK(kith_excluders_create(&chain, "materials:of=ice and=gas"));
+  CHECK_OK(kith_excluder_setup(chain.excluder, &targets, &sources));
+  CHECK(APART(0, 1) && !APART(1, 2) && !APART(0, 0) && !APART(0, 2));
+  kith_excluders_clear(&chain);
+  CHECK_OK(kith_excluders_create(&chain, "materials:of=iron"));
+  CHECK_STATUS(KITH_BAD_INPUT, kith_excluder_setup(chain.excluder, &targets, &sources));
+  kith_excluders_clear(&chain);
+  kith_nodes_destroy(&t);
+  kith_nodes_destroy(&s);
+}
+
 static void check_bonds(void) {
   struct kith_nodes *nodes = tagged_nodes();
   int64_t id[60][2];
@@ -151,6 +178,7 @@ static void check_refused(void) {
 
 int main(void) {
   check_scene_words();
+  check_materials_of_two();
   check_bonds();
   check_custom();
   check_refused();
