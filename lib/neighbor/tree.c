@@ -342,7 +342,7 @@ static kith_status tree_update_selected(struct kith_search *search, const kith_i
   struct tree *tree = search->self;
   KITH_TRY(kith_reserve(&tree->moved, &tree->moved_capacity, (size_t)tree->n_leaves + 1, 1));
   memset(tree->moved, 0, (size_t)tree->n_leaves + 1);
-  if (search->n == search->n_internal && search->n > 0) tree->n_parts = 1; /* ghosts, if any, are gone */
+  if (search->n == search->n_internal) tree->n_parts = search->n > 0; /* ghosts, if any, are gone */
 #pragma omp parallel for schedule(static) if (count > KITH_FEW)
   for (kith_index k = 0; k < count; ++k) {
     const kith_index slot = tree->sorted ? tree->slot[nodes[k]] : nodes[k];

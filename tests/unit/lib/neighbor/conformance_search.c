@@ -85,6 +85,28 @@ static void test_cull(const struct kith_search_ops *ops) {
   kith_nodes_destroy(&nodes);
 }
 
+/* On a rank with ghosts alone, which then go. */
+static void test_ghosts_alone(const struct kith_search_ops *ops) {
+  const struct kith_ghost_block block = {.kind = KITH_GHOST_FROZEN, .count = 50};
+  const double x[NDIM] = {0};
+  struct kith_nodes *nodes = make_nodes(RANDOM, 0, 1);
+  struct kith_search *s = NULL;
+  kith_index *found = NULL, count = 0;
+  size_t capacity = 0;
+  CHECK_OK(create_search(&s, ops, nodes));
+  CHECK_OK(kith_nodes_add_ghosts(nodes, &block)); /* all at 0 */
+  CHECK_OK(kith_search_update(s));
+  CHECK_OK(kith_search_at(s, x, 0.5, KITH_GATHER, &found, &capacity, &count));
+  CHECK(count == 50);
+  kith_nodes_drop_ghosts(nodes);
+  CHECK_OK(kith_search_update_selected(s, NULL, 0));
+  CHECK_OK(kith_search_at(s, x, 0.5, KITH_GATHER, &found, &capacity, &count));
+  CHECK(count == 0 && s->n_groups == 0);
+  kith_free(&found);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
 static void displace(struct kith_nodes *nodes, kith_index i, int round) {
   /* Mostly small steps; sometimes across the box, or far out of it. */
   const double far = round % 7 == 6 ? 30 : round % 3 == 2 ? 1 : 0.02;
@@ -317,6 +339,7 @@ static void test_member(const struct kith_search_ops *ops) {
   }
   test_thin_box(ops);
   test_cull(ops);
+  test_ghosts_alone(ops);
   test_growth(ops);
   test_far_off(ops);
   for (int along = 0; along < 2 && settings == NULL; ++along) test_threads(ops, along);
