@@ -5,7 +5,7 @@
 #include <math.h>
 #include "lib/core/base.h"
 
-/* An axis-aligned box; empty if lower > upper on any axis. */
+/* An axis-aligned box; empty: lower is INFINITY and upper -INFINITY on all axes. */
 struct kith_box {
   double lower[NDIM], upper[NDIM];
 };
@@ -59,9 +59,12 @@ static inline void kith_box_include(struct kith_box *b, const double *x) {
   }
 }
 
+/* The smallest box that holds both; an empty one adds nothing. */
 static inline void kith_box_join(struct kith_box *b, const struct kith_box *other) {
-  kith_box_include(b, other->lower);
-  kith_box_include(b, other->upper);
+  for (int k = 0; k < NDIM; ++k) {
+    b->lower[k] = KITH_MIN(b->lower[k], other->lower[k]);
+    b->upper[k] = KITH_MAX(b->upper[k], other->upper[k]);
+  }
 }
 
 #endif

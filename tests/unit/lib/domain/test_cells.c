@@ -1,5 +1,6 @@
 /* test_cells.c - the grid of cells: numbers of cells, cells of positions (also on faces and outside), and
- * neighboring cells. Oracle: brute force over all cells, with boxes and integer arithmetic. */
+ * neighboring cells. Oracle: brute force over all cells, with boxes and integer arithmetic. Also boxes that
+ * are joined. */
 #include "lib/domain/cells.h"
 
 #include <stdlib.h>
@@ -229,6 +230,21 @@ static void test_half_shell_order(void) {
   }
 }
 
+/* An empty box adds nothing to another one, also if that is empty. */
+static void test_empty_boxes(void) {
+  const struct kith_box empty = kith_box_empty();
+  struct kith_box none = empty, one = empty, other = empty;
+  for (int a = 0; a < NDIM; ++a) one.lower[a] = -1 - a, one.upper[a] = 2;
+  kith_box_join(&none, &empty);
+  kith_box_join(&one, &empty);
+  kith_box_join(&other, &one);
+  for (int a = 0; a < NDIM; ++a) {
+    CHECK(none.lower[a] == INFINITY && none.upper[a] == -INFINITY);
+    CHECK(one.lower[a] == -1 - a && one.upper[a] == 2);
+    CHECK(other.lower[a] == one.lower[a] && other.upper[a] == one.upper[a]);
+  }
+}
+
 int main(void) {
   test_counts();
   test_bad_input();
@@ -236,5 +252,6 @@ int main(void) {
   test_outside();
   test_neighbors();
   test_half_shell_order();
+  test_empty_boxes();
   return check_failed();
 }
