@@ -130,7 +130,7 @@ static void combine_part(int64_t how, int n, const int64_t *in, int64_t *out) {
     memcpy(&a, &in[k], sizeof a);
     memcpy(&b, &out[k], sizeof b);
     if (how == KITH_SHARE_SUM) out[k] = (int64_t)((uint64_t)out[k] + (uint64_t)in[k]);
-    if (how == KITH_SHARE_MAX && a > b) out[k] = in[k];
+    if (how == KITH_SHARE_MAX && (a > b || isnan(a))) out[k] = in[k];
     if (how != KITH_SHARE_LEAST) continue;
     if (a < b || (a == b && in[1] < out[1])) memcpy(out, in, (size_t)n * sizeof *out);
     return;

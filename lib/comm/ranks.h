@@ -51,7 +51,7 @@ struct kith_watchdog {
 kith_status kith_ranks_watch(struct kith_ranks *ranks, const struct kith_watchdog *watchdog);
 
 /* A part of what ranks tell each other: n words of 8 bytes that become those of all ranks.
- *   MAX    doubles, each the largest
+ *   MAX    doubles, each the largest; NaN if one is
  *   SUM    integers, each the sum
  *   LEAST  a double, an integer, and words that come along: those of the rank with the smallest double, of
  *          several the one with the smallest integer */

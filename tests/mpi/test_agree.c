@@ -1,6 +1,7 @@
 /* Run by mpirun: agreements between ranks (lib/comm) that are started and finished later: sums, maxima and
  * failures arrive at all ranks, and messages that are sent in between are not confused with them. Results are
  * known from the numbers of ranks. */
+#include <math.h>
 #include <string.h>
 #include "lib/comm/ranks.h"
 #include "tests/check.h"
@@ -34,6 +35,15 @@ static void test_sum_and_max(void) {
   CHECK_OK(kith_ranks_finish_agree(ranks));
   CHECK(count == size * (size + 1) / 2);
   CHECK(most == (double)size);
+}
+
+/* Of numbers of which one is NaN all ranks have the same maximum: what they decide by it must not differ. */
+static void test_max_of_nan(void) {
+  for (int who = 0; who < kith_ranks_size(ranks); ++who) {
+    double most[2] = {kith_ranks_rank(ranks) == who ? NAN : 1, 7};
+    CHECK_OK(kith_ranks_agree(ranks, KITH_OK, 1, &(struct kith_shared){KITH_SHARE_MAX, 2, most}));
+    CHECK(isnan(most[0]) && most[1] == 7);
+  }
 }
 
 /* A message, another agreement, or a maximum finishes the agreement that was started before. */
@@ -89,6 +99,7 @@ static void test_failure(int how) {
 int main(void) {
   CHECK_OK(kith_ranks_create(&ranks));
   test_sum_and_max();
+  test_max_of_nan();
   test_finished_by_others();
   for (int how = 0; how < 3; ++how) test_failure(how);
   test_sum_and_max();
