@@ -2,7 +2,7 @@
 #ifndef KITH_COMM_LAUNCHED_H
 #define KITH_COMM_LAUNCHED_H
 
-/* Processes that were started together with this one by mpirun, mpiexec or srun. */
+/* Processes that mpirun, mpiexec or srun started together, this one among them; 1: it was started alone. */
 int kith_launched(void);
 
 #endif

@@ -2,7 +2,7 @@
  *
  * NULL stands for a run of one process: every function accepts it and returns what it was given, and MPI is
  * never started. With several ranks every function is collective, but for those that only tell something
- * about this rank, kith_ranks_send_to_root and kith_ranks_abort.
+ * about this rank, that send messages between some ranks, or of which it is said.
  *
  * Errors. A stage in which only some ranks can fail ends with kith_ranks_agree: all ranks get the failure
  * with the smallest code (of the lowest rank, if several have it) with that rank's message, and return
@@ -20,21 +20,24 @@ struct kith_ranks; /* opaque */
 
 /* Processes that a run may have: 1 in a build without MPI (ranks_alone.c). */
 int kith_ranks_most(void);
-/* Starts MPI, once per process. *out is NULL if there is only one process. UNSUPPORTED if MPI knows of fewer
- * processes than were started, or the build is one without MPI. */
+/* Starts MPI, once per process. *out is NULL if there is only one process. UNSUPPORTED if several were
+ * started and MPI knows of one only, cannot be started or does not support threads, or the build is one
+ * without MPI. The status is of this rank alone. */
 kith_status kith_ranks_create(struct kith_ranks **out);
 /* The processes of a communicator (what MPI_Comm_c2f gives), of a program that starts and ends MPI itself. It
  * is duplicated. NULL for one process. NO_MEMORY is of this rank alone, for which the others wait. */
 kith_status kith_ranks_create_on(struct kith_ranks **out, int communicator);
-/* One rank that plays a run of many, without MPI: its calls are counted, and nothing is sent. */
+/* One rank that plays a run of many, without MPI: its collective calls are counted, and nothing is sent.
+ * UNSUPPORTED in a build without MPI. */
 kith_status kith_ranks_rehearse(struct kith_ranks **out);
 void kith_ranks_destroy(struct kith_ranks **ranks);
+/* Ends all ranks. Not collective. */
 __attribute__((noreturn)) void kith_ranks_abort(struct kith_ranks *ranks, int code);
 
 int kith_ranks_rank(const struct kith_ranks *ranks); /* 0 .. size - 1; 0 if NULL */
 int kith_ranks_size(const struct kith_ranks *ranks); /* 1 if NULL */
 int kith_ranks_on_this_machine(const struct kith_ranks *ranks);
-/* Cores that the ranks on this machine may use, together: as they were bound. 0 if NULL. */
+/* Cores that the ranks on this machine may use, together: as they were bound. 0 if NULL, or rehearsed. */
 int kith_ranks_cores(const struct kith_ranks *ranks);
 /* For libraries that communicate by themselves: what MPI_Comm_f2c takes; 0 if NULL. */
 int kith_ranks_communicator(const struct kith_ranks *ranks);
@@ -99,8 +102,8 @@ void kith_ranks_broadcast(struct kith_ranks *ranks, void *data, size_t bytes);
 void kith_ranks_tell(struct kith_ranks *ranks, int n_neighbors, const int32_t *neighbor, const int64_t *to,
                      int64_t *from, int n);
 /* MPI_Allgatherv: the data of all ranks, one after the other. *all is kith_resize memory owned by the caller;
- * part (may be NULL): [size + 1] where the data of each rank begin, in bytes. The status is agreed on. NULL
- * ranks: a copy. */
+ * part (may be NULL): [size + 1] where the data of each rank begin, in bytes. UNSUPPORTED if there are more
+ * than INT_MAX bytes. The status is agreed on. NULL ranks: a copy. */
 kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t bytes, char **all,
                               size_t *part);
 
@@ -116,7 +119,8 @@ struct kith_message {
 };
 /* In two halves, one exchange at a time; the data must not be touched in between. Code that computes
  * meanwhile calls kith_ranks_progress now and then, from the thread that started MPI: most MPI libraries make
- * progress only inside of calls. */
+ * progress only inside of calls. The status is of this rank alone: INTERNAL if an exchange is pending or
+ * there are more messages than ranks, UNSUPPORTED for a message of more than INT_MAX words. */
 kith_status kith_ranks_start_exchange(struct kith_ranks *ranks, int n_out, const struct kith_message *out,
                                       int n_in, const struct kith_message *in);
 void kith_ranks_progress(struct kith_ranks *ranks);

@@ -17,7 +17,8 @@
 #include "lib/connectivity/pairs.h"
 
 /* Rows of neighbors, ascending unless `unsorted`: of the targets, or if build->row is NULL of internal nodes
- * (rows->n = n_internal), of ghosts too if targets->ghosts. *candidates: how many distances were tested. */
+ * (rows->n = n_internal), of ghosts too if targets->ghosts; ghosts have none while nodes are idle.
+ * *candidates: how many distances were tested. */
 kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, size_t *candidates);
 /* Overlap rows of the first `n` nodes. Needs the rows of ghosts. (overlap.c) */
 kith_status kith_overlap_build(struct kith_rows *overlap, const struct kith_rows *rows, kith_index n,

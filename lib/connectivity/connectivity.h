@@ -48,8 +48,9 @@ struct kith_connectivity {
   struct kith_pairs overlap_pairs;
   struct kith_rows intersection; /* one row for each pair (2^31 at most) */
   uint64_t ghosts;               /* generation of those it was made from */
-  /* Called in a build as soon as it is known which ghosts rows will hold (rows.wanted), before entries are
-   * filled in: ranks can tell each other meanwhile. NULL: nothing to do. */
+  /* Called in a build as soon as it is known which ghosts rows will hold (rows.wanted; not if ghosts have
+   * rows or nodes are idle), before entries are filled in: ranks can tell each other meanwhile. NULL: nothing
+   * to do. */
   kith_status (*when_marked)(void *context);
   void *context;     /* borrowed */
   size_t candidates; /* distance tests of the last build */
@@ -63,8 +64,9 @@ size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity);
 
 /* Builds what `need` requires, with rows that are a neighbor list of the nodes and themselves (list.h). STALE
  * if the search is. excluders: chain or NULL; BAD_INPUT if one makes rows that are not symmetric. profile:
- * stages rows, overlap, pairs, intersection; may be NULL. UNSUPPORTED if rows of ghosts, overlap or
- * intersection are required while nodes are idle. On failure nothing is there. */
+ * stages rows, overlap, overlap pairs, pairs, intersection; may be NULL. UNSUPPORTED if rows of ghosts,
+ * overlap or intersection are required while nodes are idle, or overlap or intersection of supports that are
+ * ellipsoids. On failure nothing is there. */
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     struct kith_search *search, struct kith_requirements need,
                                     struct kith_excluder *excluders, struct kith_profile *profile);

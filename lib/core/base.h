@@ -1,4 +1,4 @@
-/* base.h - what every room shares: dimension, index types, status, error messages, aligned memory.
+/* base.h - what all of kith shares: dimension, index types, status, error messages, aligned memory.
  *
  * Sources are compiled three times, with KITH_NDIM 1, 2 and 3, but for those that know no dimension (see
  * CMakeLists.txt), which are compiled once. A vector is NDIM doubles, a field of vectors is double[n][NDIM],

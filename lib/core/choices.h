@@ -17,7 +17,8 @@ bool kith_name_is(const char *name, const char *text, size_t length);
 /* Position of a choice, or -1. */
 int kith_choices_index(const char *choices, const char *word);
 /* The choice with the fewest letters changed, left out, added or swapped with their neighbor (optimal string
- * alignment), if these are at most a third of the letters. false: none is near. */
+ * alignment), if these are at most a third of the letters, rounded up. The case of letters does not count.
+ * false: none is near. */
 bool kith_choices_suggest(const char *choices, const char *word, char *out, size_t size);
 /* "a, b, c" */
 void kith_choices_format(const char *choices, char *out, size_t size);

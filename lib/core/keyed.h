@@ -12,7 +12,7 @@ struct kith_keyed {
   kith_index node;
 };
 
-/* Room for n items in both arrays, which have *capacity. */
+/* Room for n items in both arrays, which have room for *capacity; their contents are lost if they grow. */
 kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t n);
 
 /* Sorts item[n]; scratch[n] is overwritten. The same result for any number of threads. O(n). */

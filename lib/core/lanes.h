@@ -47,7 +47,7 @@ KITH_INLINE const kith_index *kith_lanes_entries(const kith_index *restrict node
 enum { KITH_VECTOR_LANES = NDIM == 1 ? 1 : KITH_LANES };
 
 /* Component a of the vectors of four nodes goes to to[a]; lanes beyond NDIM hold anything. The field is read
- * up to three doubles beyond the last vector: fields of nodes are allocated so. */
+ * up to two doubles beyond the last vector: fields of nodes are allocated so. */
 KITH_INLINE void kith_lanes_vector(const double *restrict field, const kith_index *four,
                                    kith_lanes to[KITH_VECTOR_LANES]) {
   const double *from[KITH_LANES];

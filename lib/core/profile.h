@@ -7,7 +7,8 @@
  * A stage is known by its path ("step/connectivity/rows"). begin and end, about 60 ns each, are called by the
  * first thread, outside of parallel regions; inside one, each thread reports its busy time. A stage that is
  * still open is shown as if it ended now. A NULL profile is allowed where stages and counters are noted or
- * read, and costs nothing. Names are string constants (borrowed) without quotes.
+ * read, but for kith_profile_add, _present and _write_events, and costs nothing. Names are string constants
+ * (borrowed) without quotes.
  *
  * Compiled with -DKITH_LIKWID (link with -llikwid) or -DKITH_CALIPER (-lcaliper), each stage is also a region
  * of LIKWID's marker API, on every thread, or of Caliper. */
@@ -67,8 +68,8 @@ void kith_profile_count(struct kith_profile *profile, const char *counter, doubl
 
 /* false: stages or counters are missing for want of memory. */
 bool kith_profile_is_whole(const struct kith_profile *profile);
-/* Views, valid until the next begin or count: stages in tree order (children behind their parent), counters
- * in the order of their first count. */
+/* Views, valid until the next begin, add or count: stages in tree order (children behind their parent),
+ * counters in the order of their first count. */
 int kith_profile_stages(const struct kith_profile *profile, const struct kith_stage **out);
 int kith_profile_counters(const struct kith_profile *profile, const struct kith_counter **out);
 /* The path of the present stage, "" outside of any. Another thread may ask while this one waits. */

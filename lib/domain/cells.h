@@ -2,8 +2,8 @@
  *
  * Cell c has coordinates k[NDIM], axis 0 running fastest: c = k0 + count0 (k1 + count1 k2). This linear
  * number is the cell's global id: 64 bits, the same on every rank. Faces belong to the cell above them, the
- * last face of an axis to the last cell; a position is inside the box of its cell exactly, whatever the
- * rounding.
+ * last face of an axis to the last cell or, if it is periodic, to the first one; a position is inside the box
+ * of its cell exactly, whatever the rounding.
  *
  * Neighbors share a face, an edge or a corner; across a periodic face they are images. An image of a cell,
  * (cell, shift), is displaced by shift[a] (upper[a] - lower[a]). With 1 or 2 cells on a periodic axis a cell

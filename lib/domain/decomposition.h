@@ -26,7 +26,7 @@ struct kith_decomposition {
   struct kith_ranks *ranks; /* borrowed */
   struct kith_cells cells;
   struct kith_partition *partition; /* owned */
-  struct kith_field *home;          /* I64: 0 .. n_own */
+  struct kith_field *home;          /* I64: 0 .. n_own - 1 */
   struct kith_field *work;          /* I64: entries of the node's last row */
   int64_t n_own;                    /* cells of this rank */
   int32_t *place;          /* [cells.n] index among the own cells; n_own: a cell of another rank; owned */

@@ -24,7 +24,8 @@ kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *pat
  * with its own. */
 kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *path);
 /* keep_previous: the file that PATH was stays as PATH.previous. Frees *file in any case; on failure (a full
- * disk shows at the latest here) the temporary file is removed and PATH is as it was. */
+ * disk shows at the latest here) the temporary file is removed and PATH is as it was, or the new file if only
+ * its directory could not be synced. */
 kith_status kith_atomic_file_commit(struct kith_atomic_file **file, bool keep_previous);
 /* Gives up: removes the temporary file, unless it is joined. Accepts a pointer to NULL. */
 void kith_atomic_file_abandon(struct kith_atomic_file **file);

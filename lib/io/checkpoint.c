@@ -400,7 +400,7 @@ static kith_status take_part(struct kith_checkpoint *c, const struct kith_nodes 
   return KITH_OK;
 }
 
-/* Every state field is in the file with its shape, and the file has no other. */
+/* Every field that lasts is in the file with its shape, and the file has no other. */
 static kith_status match_fields(const struct kith_checkpoint *c, const struct kith_nodes *nodes,
                                 size_t total) {
   for (int f = 0; f < nodes->n_fields; ++f) {

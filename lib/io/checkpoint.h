@@ -1,6 +1,6 @@
-/* checkpoint.h - everything that a run needs to continue bitwise identically: all KITH_STATE and KITH_KEPT
- * fields of the internal nodes, the lists, and named extra data (numbers, arrays, text) of the integrator,
- * policies and boundaries.
+/* checkpoint.h - everything that a run needs to continue bitwise identically: all fields of the internal
+ * nodes that last (kith_field_lasts in nodes.h), the lists, and named extra data (numbers, arrays, text) of
+ * the integrator, policies and boundaries.
  *
  *   writing   kith_checkpoint_open_new(&c, path, scene); put...; kith_checkpoint_commit(&c)
  *   reading   kith_checkpoint_open(&c, path, ranks); nodes; read...; kith_checkpoint_close(&c)

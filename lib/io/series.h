@@ -3,8 +3,8 @@
  *   /NAME/points   [n][3], zeros behind in 1-D and 2-D
  *   /NAME/time, /NAME/step    [samples]
  *   /NAME/COLUMN   [samples][n], [samples][n][3] or [samples][n][9]; NaN where there is no value
- *   attributes of /NAME: shape, points along each of up to three edges, the last one varies fastest;
- *   description of each column
+ *   attribute shape of /NAME: points along each of up to three edges, the last one varies fastest
+ *   attribute description of each column
  *
  * The file is closed between samples, so that it can be read while a run goes on. What a crash in the middle
  * of a sample leaves may be damaged: a run writes a copy (app/output/probes.h). Not collective: one process
@@ -35,7 +35,8 @@ kith_status kith_series_resume(const char *path, const struct kith_series *serie
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,
                                const double *const *values);
 /* Column `column` of group `name`, or its "time": sample `sample`, or all (-1). n: samples in the file, each:
- * values of a sample, *values: [samples that were read][each], owned by the caller. */
+ * values of a sample, *values: [samples that were read][each]; NULL or those of an earlier read at the call,
+ * owned by the caller, also after a failure. BAD_FILE with the path. */
 kith_status kith_series_read(const char *path, const char *name, const char *column, int64_t sample,
                              double **values, size_t *n, size_t *each);
 

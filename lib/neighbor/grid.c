@@ -29,7 +29,8 @@ enum {
   GRID_COORDINATE_BITS = NDIM == 3 ? 19 : 29,
   GRID_TOP = (1 << GRID_COORDINATE_BITS) - 1, /* largest coordinate of a cell */
 };
-/* A line of cells: cell[r.cell] .. cell[(r + 1).cell]. */
+
+/* A line of cells: from `cell` to before that of the next row. */
 struct row {
   uint64_t key; /* of its cells, without their last coordinate */
   kith_index cell;

@@ -109,8 +109,8 @@ struct kith_search_ops {
 struct kith_search {
   const struct kith_search_ops *ops;
   const void *settings; /* borrowed; NULL: defaults. Set before the first update */
-  /* Set by the caller: updates keep no cells, so that the number of candidates is the same after a restart;
-   * block steps see by it when to search anew. */
+  /* Set by the caller: updates keep no cells, so that the number of candidates, by which block steps decide
+   * when to search anew, is the same after a restart. */
   bool fresh_cells;
   void *self;
   /* What it was made from. */
@@ -155,11 +155,11 @@ kith_status kith_search_update_selected(struct kith_search *search, const kith_i
                                         kith_index count);
 /* The internal nodes that may interact with an active one, and these, by slot, into *found, which kith_grow
  * moves. Active nodes are where they are now; the others have not moved farther than `slack` since they were
- * taken in, less what their search radii grew. */
+ * taken in, less what their search radii grew. Nodes must have an activity. */
 kith_status kith_search_near(struct kith_search *search, double slack, kith_index **found, size_t *capacity,
                              kith_index *count);
 /* The first group from `group` on, before `end`, in which not all nodes may be idle: those in between are
- * skipped many at a time. */
+ * skipped many at a time. Nodes must have an activity. */
 int kith_search_next_awake(const struct kith_search *search, int group, int end);
 /* STALE, by name, unless the search was made from the present positions and ghosts: after a cull, too. */
 kith_status kith_search_fresh(const struct kith_search *search);
@@ -172,7 +172,7 @@ kith_status kith_search_at(const struct kith_search *search, const double *x, do
                            kith_index *count);
 
 /* Walks over all cells, parents first, on one thread. STALE if the search is; UNSUPPORTED, by name, if its
- * member has no sweep. O(n) but for the events. */
+ * member has no sweep, or a search radius is too large for its cells. O(n levels log n), and the events. */
 kith_status kith_search_sweep(const struct kith_search *search, const struct kith_sweep *sweep,
                               void *context);
 

@@ -10,7 +10,8 @@
  * contiguous   slots follow the items: a vertex is a run of slots. A node that moves changes its slot
  * scattered    slots are nodes, vertices hold lists of them: a vertex is as many runs as its nodes are apart
  *
- * coarse O(levels log n + found); update_selected O(selected) if none leaves its vertex, else O(n). */
+ * coarse O(levels log n + found); update_selected O(n), but O(selected) if none leaves its vertex, now and
+ * the last time. */
 #include "lib/neighbor/spacetree_cells.h"
 
 #include <stdlib.h>

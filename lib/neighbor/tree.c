@@ -389,7 +389,7 @@ static inline unsigned test_cells(const struct octet *restrict octet, const stru
   return (unsigned)mask;
 }
 
-/* The cells of an octet that there are. */
+/* Which of its 8 cells an octet has. */
 static inline unsigned present(const struct tree *tree, kith_index o) {
   return (1u << (tree->child[o + 1] - tree->child[o])) - 1;
 }

@@ -10,8 +10,8 @@
  * registered fields. Arrays are [n][components], 64-byte aligned; they move when the nodes are resized, so
  * hold the `struct kith_field *`, not its data.
  *
- * Generations: counters of changes of positions and of ghosts. What is made from them stores their values,
- * and using it with other values is KITH_STALE. */
+ * Generations: counters of changes of positions, of the order of internal nodes and of ghosts. What is made
+ * from them stores their values, and using it with other values is KITH_STALE. */
 #ifndef KITH_NODES_NODES_H
 #define KITH_NODES_NODES_H
 
@@ -142,11 +142,12 @@ struct kith_nodes {
   uint64_t ghosts;    /* as `order`; and ghosts created, dropped, culled */
 };
 
-/* An empty set of nodes with `n_lists` lists named by `names` (copied); the standing fields are
- * registered. */
+/* An empty set of nodes with `n_lists` lists named by `names` (copied, at most 31 letters of each); the
+ * fields that are always there are registered. BAD_INPUT unless there are 1 to KITH_MAX_LISTS lists. */
 kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *const *names);
 /* A copy of the internal nodes, which belongs to no ranks: with all fields, in the same order, or with those
- * that have an output and those that all nodes have. */
+ * that have an output and those that all nodes have. Its supports are spheres, and its members image,
+ * activity and flag are NULL: kith_nodes_field_named finds these fields. */
 kith_status kith_nodes_copy(struct kith_nodes **out, const struct kith_nodes *nodes, bool all_fields);
 void kith_nodes_destroy(struct kith_nodes **nodes);
 
@@ -221,7 +222,7 @@ size_t kith_field_node_size(const struct kith_field *field);
 
 /* Room for so many more nodes and ghosts. Fields that must move get an eighth of their capacity more. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index internal, kith_index ghosts);
-/* Gives memory back: fields keep room for an eighth more than the present nodes. */
+/* Gives memory back: fields keep room for an eighth more than the present nodes and ghosts. */
 kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */
@@ -246,7 +247,7 @@ void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
  * the fields that new ghosts have; the caller fills frozen ones, which are zero, and remote ones, which have
  * any values. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
-/* The fields that a new ghost has: the state, the id, list and image, and the search radius.
+/* The fields that a new ghost has: the state, with the id, and list, image, activity and search radius.
  * fields[KITH_MAX_FIELDS]; returns how many. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields);
 /* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these

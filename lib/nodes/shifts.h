@@ -14,8 +14,8 @@ struct kith_shifts {
   int n, zero;         /* how many; the number of the zero shift. No periodic axis: 1, 0 */
   int most[NDIM];      /* images -most .. most along an axis */
   double length[NDIM]; /* of the box along an axis; 0: no image */
-  double (*by)[NDIM];  /* [n] */
-  int64_t *image;      /* [n] the number of the image (nodes.h) */
+  double (*by)[NDIM];  /* [n], not to be read if n is 1 */
+  int64_t *image;      /* likewise: the number of the image (nodes.h) */
   size_t by_capacity, image_capacity;
 };
 
@@ -23,7 +23,7 @@ enum { KITH_MOST_SHIFTS = 1 << 16 }; /* an entry has 16 bits for it */
 
 /* Adds images -most .. most along an axis. DIVERGED if these are more than KITH_MOST_SHIFTS together. */
 kith_status kith_shifts_add(struct kith_shifts *shifts, int axis, int most, double length);
-/* Leaves the zero shift alone; the memory is kept. */
+/* Drops all shifts but the zero one; the memory is kept. */
 void kith_shifts_drop(struct kith_shifts *shifts);
 void kith_shifts_clear(struct kith_shifts *shifts);
 size_t kith_shifts_bytes(const struct kith_shifts *shifts);

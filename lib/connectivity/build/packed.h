@@ -1,9 +1,9 @@
 /* packed.h - packed nodes and their distance test.
  *
- * Exact ties. Every distance of this room is the plain sum of squared differences, axis 0 first, and is
- * compared by <=. The sources here are compiled without contraction to fused multiply-add (CMakeLists.txt),
- * so d2(i, j) = d2(j, i) bitwise, on every instruction set, and a lattice whose spacing equals the search
- * radius is decided the same way everywhere. */
+ * Exact ties. Every distance in lib/connectivity is the plain sum of squared differences, axis 0 first, and
+ * is compared by <=. The sources here are compiled without contraction to fused multiply-add
+ * (CMakeLists.txt), so d2(i, j) = d2(j, i) bitwise, on every instruction set, and a lattice whose spacing
+ * equals the search radius is decided the same way everywhere. */
 #ifndef KITH_CONNECTIVITY_BUILD_PACKED_H
 #define KITH_CONNECTIVITY_BUILD_PACKED_H
 

@@ -22,8 +22,8 @@ struct kith_storage_ops {
   bool ascending; /* needs sorted rows */
   bool shifts;    /* keeps which images the sources are */
   bool upper;     /* keeps sources beyond the target only: targets and sources are one selection */
-  /* Keeps the rows in stored->rows, or in stored->self, and then need not keep stored->rows. node: of a
-   * target. UNSUPPORTED if it cannot hold a row. */
+  /* Keeps the rows in stored->rows, or in stored->self, and then need not keep stored->rows. node[t]: that of
+   * target t, borrowed as long as the rows are. UNSUPPORTED if it cannot hold them. */
   kith_status (*keep)(struct kith_stored *stored, const kith_index *node);
   /* Row t and its length; in `space`, [stored->longest], if it must be unpacked. Thread-safe. */
   const kith_index *(*row)(const struct kith_stored *stored, kith_index t, kith_index *space, size_t *n);
@@ -49,7 +49,7 @@ struct kith_stored {
 const struct kith_storage_ops *kith_storage_of(const char *words);
 /* From a name, with settings after a colon: "padded:width=64". BAD_INPUT for what it does not know. */
 kith_status kith_stored_create(struct kith_stored *out, const char *words);
-/* Keeps stored->rows, which were just built. */
+/* Keeps stored->rows, which were just built. node: as above. */
 kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node);
 static inline const kith_index *kith_stored_row(const struct kith_stored *stored, kith_index t,
                                                 kith_index *space, size_t *n) {

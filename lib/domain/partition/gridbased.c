@@ -8,8 +8,8 @@
  * in units of the regular spacing of each axis; half of that, and so on, until the mesh is valid. A corner on
  * a face of the box stays in it, periodic or not. An update has 2^NDIM rounds, one for each color of corners
  * (odd and even positions along the axes), so that no two corners of a rank's edge move at once. A round that
- * raises the sum of squares of the loads is undone, and the step of the color halved; otherwise it is
- * doubled, up to `step`.
+ * raises the sum of squares of the loads is undone, and the step of the color halved, down to 1 / 8;
+ * otherwise it is doubled, up to `step`.
  *
  * The shape of a rank consists of NDIM! simplices about one diagonal, the same everywhere. The mesh is valid
  * if all of them have a positive volume: then they cover the box exactly once. A cell belongs to the first
@@ -23,6 +23,7 @@ enum { SHAPE_CORNERS = 1 << NDIM, SIMPLICES = NDIM == 3 ? 6 : NDIM, HALVINGS = 3
 enum { LENGTH_BITS = NDIM == 3 ? 20 : NDIM == 2 ? 30 : 50, UNIT_BITS = 20 };
 
 static const double LEAST_STEP = 1.0 / 8;
+
 struct gridbased {
   double step;
 };

@@ -28,10 +28,12 @@ struct kith_partitioner_ops {
   const char *needs;       /* the library that is missing in this build; NULL: available */
   double seconds_per_cell; /* of a map, about, for each halving of the ranks; 0: a microsecond or less */
   size_t state_size;       /* bytes of private state at partition->self, initially zero */
-  /* The first map, without weights: writes owner[n]. NULL: `update` without
-   * weights makes it, where `owner` is that of the partition. */
+  /* The first map, without weights: writes owner[n]. NULL: `update` without weights makes it, where `owner`
+ * is
+   * that of the partition. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);
-  /* The next map: `owner` holds the present one. Weights are positive. NULL: the map never changes. */
+  /* The next map: `owner` holds the present one. Weights are positive, of mean 1. NULL: the map never
+   * changes. */
   kith_status (*update)(struct kith_partition *partition, const double *weight, int32_t *owner);
   /* For restarts: what the next map depends on besides the present one, the weights and the text. Returns the
    * number of words, and writes them unless `word` is NULL. NULL: nothing. */
