@@ -125,8 +125,8 @@ kith_status kith_connectivity_complete(const struct kith_connectivity *connectiv
                                        const struct kith_search *search, bool excluded);
 
 /* Rows, overlap and their pairs in canonical order, one that depends on no rank, search or culling. The last
- * thing done to a map, which is not patched afterwards. f_couple is carried over; other
- * pairwise fields and intersections, which refer to the old numbers of the pairs, are gone. (canonical.c)
+ * thing done to a connectivity: it cannot be patched afterwards. f_couple is carried over; other pairwise
+ * fields and intersections, which refer to the old numbers of the pairs, are gone. (canonical.c)
  *   rows, overlap   by the id of the partner, then by which image it is (kith_nodes_number_images, shifts)
  *   pairs           each interaction of an internal node once. The node that starts a pair is evaluated as
  *                   its first end, on all ranks the same one: of two nodes the one with the lower id, also

@@ -7,8 +7,9 @@
  * Ordinals. Target t = 0 .. n_targets - 1 is node target[t], and row[i] is t again, or -1; column[j] is the
  * ordinal of a source, or -1. Rows hold nodes, ascending unless `unsorted`.
  *
- * A list is made by kith_list_update, which asks its rebuild policies, and is then only read. It is that of
- * this process: targets are its nodes, sources its nodes and ghosts. What is decided, that of all ranks. */
+ * A list is made by kith_list_update, which asks its rebuild policies, and is then only read. It holds the
+ * targets of this process, which are its nodes, and their sources, its nodes and ghosts. Whether it is made
+ * again is decided by all ranks together. */
 #ifndef KITH_CONNECTIVITY_LIST_H
 #define KITH_CONNECTIVITY_LIST_H
 

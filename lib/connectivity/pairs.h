@@ -33,8 +33,9 @@ struct kith_pairwise_fields {
 
 struct kith_pairs {
   size_t n, capacity;
-  kith_index starts;     /* passes over pairs visit those that start at nodes 0 .. starts - 1: internal nodes;
-                      * canonical pairs: ghosts too */
+  /* Passes over pairs visit those that start at nodes 0 .. starts - 1: internal nodes; of canonical pairs
+   * ghosts too. */
+  kith_index starts;
   kith_index (*node)[2]; /* [n] (i, j), which starts at i; i < j unless canonical */
   uint16_t *shift;     /* [n] j is this image of its node, as seen from i (rows.h); NULL: none is displaced */
   size_t *first;       /* [rows or starts + 1] pairs that start at i: first[i] .. first[i + 1] - 1 */

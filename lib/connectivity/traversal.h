@@ -70,7 +70,7 @@ struct kith_part {
   kith_index size; /* of the chunks that the pass is called for, a multiple of KITH_CHUNK; 0: KITH_CHUNK */
   const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up] of chunks of that size; NULL: all are wanted */
   uint8_t wanted;           /* chunks are run where the largest of these values is `wanted` */
-  struct kith_ranks *ranks; /* is reminded of its messages; may be NULL */
+  struct kith_ranks *ranks; /* for kith_ranks_progress between chunks; may be NULL */
 };
 /* count[4], written; NULL: not wanted. */
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,

@@ -58,7 +58,7 @@ void kith_profile_begin_since(struct kith_profile *profile, const char *name, do
 /* Continues a stage that was ended before: its calls are not increased. */
 void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);
-/* A stage that another process has met, by its path: no call, no second. NO_MEMORY. */
+/* Adds a stage that another process has met, by its path, unless it is there: with no call and no second. */
 kith_status kith_profile_add(struct kith_profile *profile, const char *path);
 /* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that
  * thread. In a trace this is an event of all threads but the first, which shows the stage itself. */
