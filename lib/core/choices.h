@@ -7,9 +7,8 @@
 
 #include "lib/core/base.h"
 
-/* Joins the names of a family list: KITH_SEARCH_LIST(KITH_AS_CHOICE) is "|tree|grid|brute". */
-#define KITH_AS_CHOICE(name) "|" #name
-/* As KITH_AS_CHOICE, for lists of (name, word, doc): the words. */
+/* Joins the words of a list of (name, word, doc): KITH_LATTICE_LIST(KITH_AS_LISTED_CHOICE) is
+ * "|cubic|bcc|fcc" and so on. */
 #define KITH_AS_LISTED_CHOICE(name, word, doc) "|" #word
 
 /* Are the first `length` letters of `text` the whole of `name`? */
