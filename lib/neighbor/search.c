@@ -56,13 +56,12 @@ void kith_search_destroy(struct kith_search **search) {
 /* Room for n slots. */
 static kith_status reserve_slots(struct kith_search *search, kith_index n) {
   if (n <= search->capacity) return KITH_OK;
-  const size_t keep = (size_t)search->capacity, wanted_capacity = (size_t)n + (size_t)n / 8;
-  KITH_TRY(kith_resize(&search->node, keep, wanted_capacity, sizeof *search->node));
-  for (int a = 0; a < NDIM; ++a)
-    KITH_TRY(kith_resize(&search->coordinate[a], keep, wanted_capacity, sizeof(double)));
-  KITH_TRY(kith_resize(&search->radius2, keep, wanted_capacity, sizeof(double)));
-  KITH_TRY(kith_resize(&search->near, keep, wanted_capacity + 1, 1));
-  search->capacity = (kith_index)wanted_capacity;
+  const size_t keep = (size_t)search->capacity, wanted = KITH_MIN((size_t)n + (size_t)n / 8, INT32_MAX);
+  KITH_TRY(kith_resize(&search->node, keep, wanted, sizeof *search->node));
+  for (int a = 0; a < NDIM; ++a) KITH_TRY(kith_resize(&search->coordinate[a], keep, wanted, sizeof(double)));
+  KITH_TRY(kith_resize(&search->radius2, keep, wanted, sizeof(double)));
+  KITH_TRY(kith_resize(&search->near, keep, wanted + 1, 1));
+  search->capacity = (kith_index)wanted;
   return KITH_OK;
 }
 

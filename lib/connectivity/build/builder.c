@@ -32,7 +32,8 @@ size_t kith_builder_bytes(const struct kith_builder *scratch) {
   for (int t = 0; t < scratch->threads; ++t) {
     const struct kith_worker *w = &scratch->worker[t];
     bytes += sizeof *w + (size_t)w->runs.capacity * sizeof(struct kith_run) +
-             (size_t)w->near.capacity * (sizeof(kith_index) + (NDIM + 1) * sizeof(double));
+             (size_t)w->near.capacity *
+                 (sizeof *w->near.node + sizeof *w->near.shift + (NDIM + 1) * sizeof(double));
     words += w->key_capacity + w->hit_capacity + w->idle_capacity + w->bitmap_capacity + w->touched_capacity;
   }
   return bytes + scratch->filled_capacity * sizeof *scratch->filled + words * sizeof(uint64_t);
