@@ -26,6 +26,7 @@ static kith_status start(struct kith_partition *partition, const char *text) {
 
 kith_status kith_partition_create(struct kith_partition **out, const struct kith_cells *cells, int n_ranks,
                                   const char *text) {
+  *out = NULL;
   if (n_ranks < 1) KITH_FAIL(BAD_INPUT, "a partition for %d ranks", n_ranks);
   struct kith_partition *made = NULL;
   KITH_TRY(kith_resize(&made, 0, 1, sizeof *made));
