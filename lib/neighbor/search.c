@@ -79,6 +79,7 @@ static void place(struct kith_search *search) {
 
 static void stamp(struct kith_search *search) {
   search->positions = search->nodes->positions;
+  search->order = search->nodes->order;
   search->ghosts = search->nodes->ghosts;
 }
 
@@ -99,9 +100,10 @@ kith_status kith_search_update(struct kith_search *search) {
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count) {
   const struct kith_nodes *present = search->nodes;
-  if (search->ghosts == UINT64_MAX || search->n_internal != present->n_internal ||
+  if (search->ghosts == UINT64_MAX || search->order != present->order ||
       (present->n_ghost > 0 && search->ghosts != present->ghosts))
-    KITH_FAIL(STALE, "nodes were added or removed since the last update of the %s search", search->ops->name);
+    KITH_FAIL(STALE, "nodes were added, removed or reordered since the last update of the %s search",
+              search->ops->name);
   mark_stale(search);
   memset(search->count, 0, sizeof search->count);
   search->n = kith_nodes_count(present);

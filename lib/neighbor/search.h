@@ -118,7 +118,7 @@ struct kith_search {
   const struct kith_field *position; /* of each node, in the metric of the supports (nodes.h) */
   const struct kith_field *radius;   /* of each node: search_radius, unless the caller sets another */
   kith_index n, n_internal;          /* nodes seen: internal and ghosts; internal */
-  uint64_t positions, ghosts;        /* generations */
+  uint64_t positions, order, ghosts; /* generations */
   /* Slot order. */
   kith_index capacity;
   kith_index *node;         /* [n] node of a slot */
@@ -149,8 +149,8 @@ void kith_search_destroy(struct kith_search **search);
  * is not checked. */
 kith_status kith_search_update(struct kith_search *search);
 /* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
- * were added or removed, or it was never updated; but all ghosts may have gone. A node may be named more than
- * once. */
+ * were added or removed, nodes reordered, or it was never updated; but all ghosts may have gone. A node may
+ * be named more than once. */
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count);
 /* The internal nodes that may interact with an active one, and these, by slot, into *found, which kith_grow

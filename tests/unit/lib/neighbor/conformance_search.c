@@ -85,6 +85,23 @@ static void test_cull(const struct kith_search_ops *ops) {
   kith_nodes_destroy(&nodes);
 }
 
+/* Nodes that were reordered are not the ones that the search knows, also without ghosts. */
+static void test_reorder(const struct kith_search_ops *ops) {
+  struct kith_nodes *nodes = make_nodes(RANDOM, 30, 1);
+  struct kith_search *s = NULL;
+  kith_index order[30], moved = 0;
+  for (kith_index i = 0; i < 30; ++i) order[i] = 29 - i;
+  CHECK_OK(create_search(&s, ops, nodes));
+  CHECK_OK(kith_search_update(s));
+  CHECK_OK(kith_search_update_selected(s, &moved, 1));
+  CHECK_OK(kith_nodes_reorder(nodes, order));
+  CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, &moved, 1));
+  CHECK_OK(kith_search_update(s));
+  check_search(s, 10, true);
+  kith_search_destroy(&s);
+  kith_nodes_destroy(&nodes);
+}
+
 /* On a rank with ghosts alone, which then go. */
 static void test_ghosts_alone(const struct kith_search_ops *ops) {
   const struct kith_ghost_block block = {.kind = KITH_GHOST_FROZEN, .count = 50};
@@ -339,6 +356,7 @@ static void test_member(const struct kith_search_ops *ops) {
   }
   test_thin_box(ops);
   test_cull(ops);
+  test_reorder(ops);
   test_ghosts_alone(ops);
   test_growth(ops);
   test_far_off(ops);
