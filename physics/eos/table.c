@@ -161,6 +161,10 @@ static kith_status read_table(struct reader *r, int *rows, int *columns) {
     if (k > 2) KITH_TRY(check_rises(r, what, count, count));
   }
   if (!(r->number[0] > 0)) KITH_FAIL(BAD_INPUT, "%s: density %g is not above 0", r->name, r->number[0]);
+  int more;
+  KITH_TRY(read_line(r, &more));
+  if (more > 0)
+    KITH_FAIL(BAD_INPUT, "%s:%d: more lines of pressures than densities, %d", r->name, r->line, *rows);
   return KITH_OK;
 }
 

@@ -211,6 +211,7 @@ static void check_tables(void) {
   check_refused_table("1 2\n0 1\n1 nan\n2 3\n", ":3:", "nan");
   check_refused_table("1 2\n0 1\n1 2 3\n2 3\n", ":3:", "3 numbers");
   check_refused_table("1 2\n0 1\n1 2\n", ":3:", "0 numbers");
+  check_refused_table("1 2\n0 1\n1 2\n2 3\n3 4\n", ":5:", "more lines of pressures than densities, 2");
   check_refused_table("", ":0:", "0 numbers");
   CHECK(remove(table_file) == 0);
   CHECK_STATUS(KITH_BAD_INPUT, load_table(&table));
