@@ -60,14 +60,13 @@ static kith_status continue_zone(struct kith_boundary *boundary, struct kith_nod
                                  double radius_factor) {
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = boundary->index};
   if (nodes->flag == NULL) return KITH_OK;
-  const double search_radius = boundary->most[0];
+  const double reach = boundary->most[0];
   (void)radius_factor;
-  if (search_radius > kith_flow_deepest(boundary))
-    KITH_FAIL(
-        DIVERGED,
-        "the zone of the %s on axis %d is %g deep, and a node in it has search radius %g: a larger depth "
-        "is required",
-        boundary->ops->name, boundary->axis, kith_flow_deepest(boundary), search_radius);
+  if (reach > kith_flow_deepest(boundary))
+    KITH_FAIL(DIVERGED,
+              "the zone of the %s on axis %d is %g deep, and a node in it needs partners up to %g away: a "
+              "larger depth is required",
+              boundary->ops->name, boundary->axis, kith_flow_deepest(boundary), reach);
   for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = boundary->zone[a];
   for (block.list = 0; block.list < nodes->n_lists; ++block.list) KITH_TRY(add_list(boundary, nodes, block));
   return KITH_OK;

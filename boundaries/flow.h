@@ -6,8 +6,8 @@
  *   inflow   A lattice that moves as a whole with the state at the face. A node that comes through the face
  *            is gas from then on, and another takes its place a depth D behind it (upstream, if it enters at
  *            an angle and not along a periodic axis): the lattice has no end, and whole layers enter. Ghosts
- *            continue it: images of the zone, shifted by that distance. DIVERGED if a search radius in the
- *            zone is more than D.
+ *            continue it: images of the zone, shifted by that distance. DIVERGED if f times a search radius
+ *            in the zone (f of boundary.h) is more than D.
  *   outflow  Gas that has left through the face goes on to the depth D, where it is deleted. The end is open:
  *            nodes there lack partners, but no gas is near enough to see that. */
 #ifndef KITH_BOUNDARIES_FLOW_H

@@ -343,7 +343,8 @@ static void refusals(void) {
           STREAM("1"), "", "energy: not together with pressure");
   refused(FACES("{kind: inflow, depth: 0.5}", "outflow"), STREAM("1"), "", "0.5 is out of range [1, 20]");
   refused(FACES("{kind: inflow, depth: 1}", "outflow"), STREAM("1"),
-          "method.package=mfm method.faces=integrated", "a larger depth is required");
+          "method.package=mfm method.faces=integrated",
+          "a node in it needs partners up to"); /* twice the search radius: overlap */
   refused(in, "regions: [{material: gas, density: 1, pressure: 1, where: {x: [0.1, 1]}}]\n", "",
           "no region reaches the face");
   refused(in, STREAM("30"), "scheme.dt=0.1", "within a step: a shorter step is required");
