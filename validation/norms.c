@@ -303,7 +303,7 @@ static struct kith_norms compare(const struct measure *m, struct bins *bins) {
                              .energy = norm[3],
                              .speed = norm[4],
                              .vortex = m->ops->vortex,
-                             .nodes = (kith_index)count,
+                             .nodes = count,
                              .shock_exact = m->shock};
   const double *inside = m->ops->radial ? m->window->r : m->window->x;
   norms.shock_outside = m->shock != 0 && !(m->shock >= inside[0] && m->shock <= inside[1]);

@@ -30,7 +30,7 @@ struct kith_norm {
 
 struct kith_norms {
   struct kith_norm density, velocity, pressure, energy, speed;
-  kith_index nodes; /* nodes inside the window; with none, the norms are NaN and nothing else is measured */
+  uint64_t nodes; /* of all ranks in the window; with none, the norms are NaN, and nothing else is measured */
   /* max |(P - P*) / P*| of nodes no farther from the contact than half of the way to the wave on their side,
    * so that neither counts: Riemann problems with a star pressure only, else 0 */
   double contact_pressure_error;

@@ -227,7 +227,7 @@ void kith_report_clear(struct kith_report *report) {
 }
 
 static void put_norms(json_t *root, const struct kith_norms *n) {
-#define NUMBER(name) put(root, "norms." #name, number(n->name))
+#define NUMBER(name) put(root, "norms." #name, number((double)n->name))
 #define FIELD(name) NUMBER(name.l1), NUMBER(name.l2), NUMBER(name.linf)
   FIELD(density), FIELD(velocity), FIELD(pressure), FIELD(energy), FIELD(speed);
   NUMBER(nodes), NUMBER(contact_pressure_error), NUMBER(shock_radius), NUMBER(shock_exact);

@@ -28,8 +28,7 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
     fprintf(f, "\n  against exact: no node is in exact.window\n");
     return;
   }
-  fprintf(f, "\n  against exact %18s %12s %12s   (%" PRId64 " nodes)\n", "L1", "L2", "Linf",
-          (int64_t)n->nodes);
+  fprintf(f, "\n  against exact %18s %12s %12s   (%" PRIu64 " nodes)\n", "L1", "L2", "Linf", n->nodes);
   for (int k = 0; k < (n->vortex ? 5 : 4); ++k)
     fprintf(f, "    %-16s %13.4e %12.4e %12.4e\n", names[k], norm[k].l1, norm[k].l2, norm[k].linf);
   if (n->shock_exact != 0 && n->shock_radius == 0)

@@ -168,7 +168,7 @@ static void test_blocks(void) {
     for (int threads = 2; threads <= 4; ++threads) {
       omp_set_num_threads(threads);
       const struct kith_norms many = measure(&c, &kith_exact_uniform, self, 0, all);
-      CHECK(identical(&one, &many) && many.nodes == sizes[k]);
+      CHECK(identical(&one, &many) && many.nodes == (uint64_t)sizes[k]);
     }
     CHECK_CLOSE(one.pressure.l1, (double)(sum / volume), 1e-14); /* round-off of 1e4 terms in blocks */
     CHECK_CLOSE(one.pressure.l2, (double)sqrtl(sum2 / volume), 1e-14);
