@@ -13,10 +13,11 @@
  *
  * A ghost is created where an internal node may interact with it: at depth d outside of the face, if
  *   d <= f R_ghost   or   d <= max over internal nodes i of (f R_i - depth of i inside the face),
- * R is the search radius; f is 1, or 2 when overlap is required; the maximum is over all ranks. As many
- * images are created as that takes (above a thousand: DIVERGED). Nodes may lie outside of the box: see
- * images.h. Ghosts come image by image (n = -1, 1, -2, 2, ...), list by list, in the order of their controls.
- * Nodes on a reflecting face have a ghost at the same position: neighbors at distance 0.
+ * R is the search radius; f is the longest half axis of supports (nodes.h), 1 for spheres, times 2 where
+ * ghosts need neighbors of their own (overlap, values of ghosts that are recomputed); the maximum is over all
+ * ranks. As many images are created as that takes (above a thousand: DIVERGED). Nodes may lie outside of the
+ * box: see images.h. Ghosts come image by image (n = -1, 1, -2, 2, ...), list by list, in the order of their
+ * controls. Nodes on a reflecting face have a ghost at the same position: neighbors at distance 0.
  *
  * A periodic boundary may use shifts (lib/nodes/shifts.h) instead of ghosts. They apply to all nodes and
  * ghosts, also to ghosts of later boundaries, and neighbor lists say which image a neighbor is. */
@@ -127,7 +128,7 @@ KITH_FAMILY_FUNCTIONS(kith_boundary);
 
 /* constant: removes the internal nodes with chosen[i] != 0, which return as frozen ghosts whenever ghosts are
  * created. Once per boundary, and the nodes must have ids: else INTERNAL. The search radius of a frozen ghost
- * is its support times the largest R / H of the internal nodes; fields registered later are zero. */
+ * is its support times the largest R / H (at least 1) of internal nodes; fields registered later are zero. */
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                const uint8_t *chosen);
 

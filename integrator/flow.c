@@ -38,7 +38,7 @@ static kith_status impose_state(struct kith_integrator *it, const struct kith_bo
   return KITH_OK;
 }
 
-/* Returns when node i, which has passed the face in this step, did so: it may be nearly a step ago. */
+/* Returns when node i, which has passed the face in the last step, did so: it may be nearly a step ago. */
 static double time_at_face(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const double inwards =
       -kith_flow_outwards(b) * it->hydro->velocity->f64[(size_t)i * NDIM + (size_t)b->axis];

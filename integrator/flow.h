@@ -31,8 +31,8 @@ kith_status kith_flow_exchange(struct kith_integrator *integrator);
  * by that, which counts as energy from outside, `lifted`; their rates get the force at the new place.
  * DIVERGED where a node is far outside. Not collective: ranks agree on status and `lifted` after the step. */
 kith_status kith_flow_mirror(struct kith_integrator *integrator);
-/* Sets the rates of zones after an evaluation, and sums what the gas gets from all that is no gas.
- * Collective. */
+/* Sets the rates of zones after an evaluation, and sums what the gas gets from all that is no gas. Does
+ * nothing if nodes have no flags, or with block steps (kith_flow_tick). Collective. */
 void kith_flow_rates(struct kith_integrator *integrator);
 /* With block steps, after the evaluation of a tick: adds what active and touched nodes got from outside. At
  * the end of a base step sums over ranks; what the evaluation opens is the rate until the next tick.

@@ -29,7 +29,8 @@ kith_status kith_lifecycle(struct kith_integrator *integrator, enum kith_rebuild
  * Collective. */
 kith_status kith_lifecycle_close(struct kith_integrator *integrator);
 
-/* Sets R_i of the nodes in integrator->near. */
+/* Sets R_i of the nodes that the present step or tick concerns (kith_near_node). Collective if
+ * integrator->ahead > 0. */
 void kith_lifecycle_search_radii(const struct kith_integrator *integrator);
 
 /* Rebuilds the lists that were made from integrator->built, bitwise identical. The two fields (NDIM and 1

@@ -4,7 +4,7 @@
  * State: position, velocity, energy (specific internal), mass, support H.
  * Derived by a package: density, pressure, sound speed. Rates: acceleration, energy_rate.
  * The pressure and the sound speed of internal nodes come from kith_hydro_evaluate_eos; ghosts get theirs by
- * refresh. */
+ * refresh, or remote ones from kith_hydro_evaluate_eos_remote if their density is computed on this rank. */
 #ifndef KITH_PHYSICS_HYDRO_H
 #define KITH_PHYSICS_HYDRO_H
 
@@ -67,7 +67,8 @@ struct kith_hydro {
   double center[NDIM];    /* of the angular momentum */
   struct kith_external_force external_force; /* acts on every node */
   double wall[NDIM]; /* velocity of the moving wall along this axis, at most one per axis */
-  bool equal_masses; /* with several ranks: all internal nodes had the same mass when masses last changed */
+  /* Set by the lifecycle, with several ranks: all internal nodes of all ranks have the same mass. */
+  bool equal_masses;
   /* All nodes and ghosts of this process have the same mass; valid while nodes->ghosts equals masses_of. */
   bool equal_here;
   uint64_t masses_of;

@@ -65,7 +65,8 @@ void kith_stages_forget(struct kith_integrator *integrator, const struct kith_so
 /* Returns the memory of a private state of `size` bytes and its vectors: `vectors` of them as long as none
  * are made. */
 size_t kith_stages_bytes(const struct kith_integrator *integrator, size_t size, int vectors);
-/* See the top of this file. Collective. */
+/* See the top of this file. shorter: may steps that diverge be repeated, at most ten times? *dt: the step
+ * wanted, then taken. Collective. */
 kith_status kith_stages_begin(struct kith_integrator *integrator, const struct kith_solver *solver);
 kith_status kith_stages_try(struct kith_integrator *integrator, const struct kith_solver *solver,
                             bool shorter, double *dt);

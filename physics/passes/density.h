@@ -32,9 +32,9 @@ struct kith_density_wanted {
 /* Computes supports, densities and what is wanted. Refuses connectivity that is stale, or lacks what the
  * package requires (connectivity.h). Collective: all ranks agree on the status; the failure of another rank
  * is returned by the next sweep (kith_ranks_start_agree), and until then nothing may change that an
- * evaluation does not compute anew. OUTGROWN if a support has to grow beyond its search radius: supports are
- * set to the least that they need. DIVERGED names the first node whose support does not converge. Nodes whose
- * moments have no inverse get a zero gradient, and are counted as fallbacks. */
+ * evaluation does not compute anew. OUTGROWN if a support has to grow beyond its search radius: such supports
+ * are set to what to try next, by Newton's method. DIVERGED names the first node whose support does not
+ * converge. Nodes whose moments have no inverse get a zero gradient, and are counted as fallbacks. */
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
                          const struct kith_density_wanted *wanted);
 

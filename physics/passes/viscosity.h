@@ -111,13 +111,14 @@ static inline void kith_viscosity_pack(const struct kith_hydro *hydro, const str
     packed[KITH_PACKED_SHEAR + k] = shear != NULL ? shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
 }
 
+/* Do these settings have Balsara's factor? In 1-D there is no shear. */
+static inline bool kith_viscosity_balsara(const struct kith_viscosity_settings *settings) {
+  return NDIM > 1 && settings->name != KITH_VISCOSITY_NONE && settings->balsara != KITH_BALSARA_NONE;
+}
 /* Balsara's factor of node i (Balsara 1995, JCoPh 121, 357), or its square; 1 without:
  *     (|div v| + e) / (|div v| + |curl v| + e),  e = 1e-3 c / h, h = 2 sigma
  * e is in the numerator, too: what gradients do not see, zigzags and slow noise, keeps its viscosity. With e
  * = 1e-2 c / h noise is a third less, but Gresho's vortex loses 14 % with sph and Kelvin-Helmholtz 6 %. */
-static inline bool kith_viscosity_balsara(const struct kith_viscosity_settings *settings) {
-  return NDIM > 1 && settings->name != KITH_VISCOSITY_NONE && settings->balsara != KITH_BALSARA_NONE;
-}
 static inline double kith_balsara(const struct kith_package *package,
                                   const struct kith_viscosity_settings *settings,
                                   const struct kith_field *curl, kith_index i) {

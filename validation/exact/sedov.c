@@ -147,7 +147,7 @@ static kith_status advance(struct path *path, const struct sedov *s, double to) 
   int flag = ERKStepSetStopTime(path->solver, to);
   if (flag == ARK_SUCCESS) flag = ERKStepEvolve(path->solver, to, path->state, &path->at, ARK_NORMAL);
   if (flag >= ARK_SUCCESS) return KITH_OK;
-  KITH_FAIL(DIVERGED, "exact solution sedov: gamma[0] %g, omega %g, at %g: error %d of ERKStep", s->gas.gamma,
+  KITH_FAIL(DIVERGED, "exact solution sedov: gamma %g, omega %g, at %g: error %d of ERKStep", s->gas.gamma,
             s->omega, path->at, flag);
 }
 

@@ -16,11 +16,11 @@
  * predicted for the middle of the step along them; at each face a Riemann problem between two gases, by
  * Newton's iterations in which both waves are jumps.
  *
- * States are kept at equal times from 0 to `end_time`, the last one beyond it, and interpolated between these
- * with the gas: contacts stay sharp. Two blasts have 800 cells: density is good to 1 %, places of shocks and
- * contacts to 0.001, but for two or three cells beside each contact; half a second to create. Shu and Osher's
- * have 2000: the L1 of the density from x = -2.5 to 2.8 is good to 0.005 (first order: 1000 differ by 0.0068
- * from 6000, 2000 by 0.0032); most of a second. */
+ * States are kept at equal times from 0 to `end_time`, and interpolated between these with the gas: contacts
+ * stay sharp; later times have the last one. Two blasts have 800 cells: density is good to 1 %, places of
+ * shocks and contacts to 0.001, but for two or three cells beside each contact; half a second to create. Shu
+ * and Osher's have 2000: the L1 of the density from x = -2.5 to 2.8 is good to 0.005 (first order: 1000
+ * differ by 0.0068 from 6000, 2000 by 0.0032); most of a second. */
 #include "validation/exact/exact_parameters.h"
 
 #include <string.h>
