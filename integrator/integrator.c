@@ -45,6 +45,7 @@ void kith_integrator_clear(struct kith_integrator *it) {
   it->near.capacity = 0;
   kith_free(&it->scratch.keep);
   kith_free(&it->scratch.renumber);
+  it->scratch.keep_capacity = it->scratch.renumber_capacity = 0;
 }
 
 size_t kith_integrator_bytes(const struct kith_integrator *it) {

@@ -23,10 +23,9 @@ static bool is_disturbed(const struct kith_integrator *it, kith_index i) {
 static bool meets_face(const struct kith_integrator *it, kith_index i) {
   for (int k = 0; k < it->boundaries->n; ++k) {
     const struct kith_boundary *b = it->boundaries->boundary[k];
+    if (kith_boundary_face_velocity(b->ops, b->settings) == 0) continue;
     const double x = it->nodes->position->f64[(size_t)i * NDIM + (size_t)b->axis];
-    if (kith_boundary_face_velocity(b->ops, b->settings) != 0 &&
-        2 * (b->at_lower ? x - b->lower : b->upper - x) < it->nodes->support->f64[i])
-      return true;
+    if (2 * (b->at_lower ? x - b->lower : b->upper - x) < it->nodes->support->f64[i]) return true;
   }
   return false;
 }

@@ -47,6 +47,7 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
   hydro->external_force = (struct kith_external_force){0};
   hydro->through = (struct kith_through){0};
   hydro->outside_force = hydro->outside_power = NULL;
+  hydro->equal_masses = false;
   for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = 0;
   return kith_nodes_fields(nodes, table);
 }
