@@ -24,7 +24,6 @@
  *   transmitted        heat, per area across x, that has passed the middle of the domain along x: internal
  *                      energy beyond it, less that at the start; nodes must not pass it. Half of a node on it
  *                      is beyond
- *
  *   shock_angle        of a shock, straight from the lower corner of the domain, to x, in degrees: densities
  *                      are averaged in sectors of half a degree, between 0.3 and 0.8 of the length of the
  *                      domain along x from the corner; it is where they pass the middle of the largest and

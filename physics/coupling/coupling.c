@@ -12,7 +12,6 @@
  * (1 - D_i)(1 - D_j) one of 10 passes 0.58 at 0.25. Pressure passes in part, too: a gas at rest moves into a
  * damaged place until its pressure there is p / (1 - D). Densities and gradients ignore the factors. A porous
  * barrier (D < 1) stays a wall, and passes the fraction f of the pairs across it; it stores no heat. */
-#include <math.h>
 #include "physics/package.h"
 
 struct coupling {

@@ -2,7 +2,6 @@
  * external forces. */
 #include "physics/passes/force.h"
 
-#include <math.h>
 #include <string.h>
 
 /* --- loading --- */

@@ -1,8 +1,6 @@
 /* The pass for the gradient of a scalar. */
 #include "physics/passes/slope.h"
 
-#include "lib/core/lanes.h"
-
 struct slope_pass {
   const struct kith_package *package;
   const struct kith_rows *rows;
