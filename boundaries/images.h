@@ -1,4 +1,4 @@
-/* images.h - ghosts across one axis: what periodic and reflecting boundaries share. Internal to this room.
+/* images.h - ghosts across one axis: what boundaries with images share. Private to this folder.
  *
  * Images n > 0 lie beyond the upper face, n < 0 beyond the lower one; n and n + 2 are 2 L apart.
  *

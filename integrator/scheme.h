@@ -45,6 +45,10 @@ struct kith_scheme_ops {
   size_t (*bytes)(const struct kith_integrator *integrator); /* of the private state; NULL: none */
 };
 
+/* Why schemes that combine rates of several states are incompatible with a compatible energy. */
+#define KITH_NEEDS_RATES \
+  "that energy follows from the kicks of each step, and this scheme needs du/dt as a function of the state"
+
 /* Do nodes have steps of their own? */
 static inline bool kith_scheme_has_blocks(const struct kith_scheme_ops *scheme, const void *settings) {
   return scheme->blocks != NULL && scheme->blocks(settings);

@@ -218,8 +218,7 @@ const struct kith_scheme_ops kith_scheme_arkode = {
         "explicit Runge-Kutta by ERKStep of SUNDIALS: any of its tables (kith list table); "
         "dt by the error and the Courant number, or fixed; thermal energy only",
     .evaluations = 3,
-    .incompatible =
-        "energies that follow from kicks are no rate of the state, and rates are what it combines",
+    .incompatible = KITH_NEEDS_RATES,
     .create = create,
     .destroy = destroy,
     .stages = true,

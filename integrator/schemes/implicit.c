@@ -133,8 +133,7 @@ const struct kith_scheme_ops kith_scheme_implicit = {
         "matrix: for smooth slow flows; Courant numbers above 1; thermal energy only",
     KITH_SETTINGS(params, implicit_settings),
     .evaluations = 12,
-    .incompatible =
-        "energies that follow from kicks are no rate of the state, and rates are what it solves with",
+    .incompatible = KITH_NEEDS_RATES,
     .implicit = true,
     .create = create,
     .destroy = destroy,

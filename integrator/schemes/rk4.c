@@ -62,8 +62,7 @@ const struct kith_scheme_ops kith_scheme_rk4 = {
     .name = "rk4",
     .doc = "the classical Runge-Kutta scheme of fourth order; four evaluations a step; thermal energy only",
     .evaluations = STAGES,
-    .incompatible =
-        "energies that follow from kicks are no rate of the state, and rates are what it combines",
+    .incompatible = KITH_NEEDS_RATES,
     .stages = true,
     .create = create,
     .advance = advance};

@@ -7,8 +7,9 @@
 #include "lib/core/vec.h"
 #include "physics/mfm/faces.h"
 
-static const double most_stretch =
-    0.25; /* a lattice needs 0.09 at most; at the surface of a gas it would be too large */
+/* Bound of the stretch of faces less 1, (1) of faces.h: lattices need up to 0.09; nodes at the surface of a
+ * gas, which have partners on one side only, would get far too much. */
+static const double most_stretch = 0.25;
 
 struct pass {
   struct mfm_faces *faces;

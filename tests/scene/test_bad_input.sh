@@ -112,7 +112,7 @@ dimension=4|4 is out of range [1, 3]
 dimension=2.5|'2.5' is not a whole number
 dimension=|missing
 scheme.cfl=2|2 is out of range (0, 1]
-scheme.name=rk4|--set scheme.name: rk4 cannot keep energy compatible: energies that follow from kicks
+scheme.name=rk4|--set scheme.name: rk4 cannot keep energy compatible: that energy follows from the kicks
 scheme.name=arkode|give it method.energy=thermal
 scheme.name=implicit|give it method.energy=thermal
 scheme={name: arkode, table: [1]}|--set scheme.table: a list where a single value belongs

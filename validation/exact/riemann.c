@@ -170,7 +170,8 @@ static kith_status solve(struct riemann *problem) {
   const bool empty = side[0].density == 0 || side[1].density == 0;
   if (empty || mismatch(side, 0) >= 0 || !star_pressure(side, &p)) {
     if (side[0].stiffness != 0 || side[1].stiffness != 0)
-      KITH_FAIL(BAD_INPUT, "exact solution riemann: what is stiff leaves no vacuum: it would be torn");
+      KITH_FAIL(BAD_INPUT,
+                "exact solution riemann: there is a vacuum, and stiffened gas or a liquid would be torn");
     finish_vacuum(problem, p);
     return KITH_OK;
   }

@@ -398,7 +398,7 @@ static void refusals(void) {
   refused("scheme.name=arkode scheme.table=butcher",
           "scheme.table: 'butcher' is not one of heun-euler-2-1-2, ");
   refused("scheme.name=rk4 method.energy=compatible",
-          "scheme.name: rk4 cannot keep energy compatible: energies that follow from kicks are no rate");
+          "scheme.name: rk4 cannot keep energy compatible: that energy follows from the kicks");
   refused("scheme.name=arkode method.energy=compatible", "give it method.energy=thermal");
   refused("scheme.name=implicit method.energy=compatible", "give it method.energy=thermal");
   refused("scheme.name=rk4 scheme.cfl=1.5",
