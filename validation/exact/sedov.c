@@ -176,6 +176,9 @@ static kith_status fill_void(struct sedov *s, struct path *path, double *energy)
     s->row[k] = (struct row){q[0], {q[3], q[1]}, {dq[3] / dq[0], dq[1] / dq[0]}};
     s->rows = k;
   }
+  if (s->rows < 1)
+    KITH_FAIL(BAD_INPUT, "exact solution sedov: gamma is %.12g, too close to 1 for the vacuum of omega %.12g",
+              s->gas.gamma, s->omega);
   KITH_TRY(advance(path, s, path->at + edge_z));
   s->ln_void = q[0];
   *energy = -q[2];
