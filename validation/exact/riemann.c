@@ -16,6 +16,8 @@
  * wave is the right-running one in the mirror. */
 #include "validation/exact/exact_parameters.h"
 
+#include <float.h>
+
 struct settings {
   double gamma[2], stiffness[2], density[2], pressure[2], velocity[2], energy[2], interface_position;
   bool barotropic;
@@ -193,6 +195,9 @@ static kith_status check(const void *settings) {
     else if (p->density[k] > 0 && p->pressure[k] < -p->stiffness[k])
       KITH_FAIL(BAD_INPUT, "exact solution riemann: pressure[%d] is %g, must be at least -stiffness, %g", k,
                 p->pressure[k], 0 - p->stiffness[k]);
+    else if (p->barotropic && p->density[k] > 0 && p->pressure[k] == -p->stiffness[k])
+      KITH_FAIL(BAD_INPUT,
+                "exact solution riemann: pressure[%d] is -stiffness, where barotropic gas has no density", k);
   if (p->density[0] > 0 || p->density[1] > 0) return KITH_OK;
   KITH_FAIL(BAD_INPUT, "exact solution riemann: density[1] is 0, must be above 0 if density[0] is 0");
 }
@@ -219,9 +224,9 @@ static kith_status riemann_create(void **self, const void *settings) {
 /* Energy of a side at this density and pressure. A barotropic gas has taken the work: of an isentrope, or, if
  * `shocked`, that of the mean of both pressures. */
 static double energy_of(const struct side *s, double density, double pressure, double base, bool shocked) {
-  const double g = s->gamma, volume = density > 0 ? 1 / density : 0, end = pressure + s->stiffness,
+  if (density < DBL_MIN) return 0; /* a vacuum, or so close to one that 1 / density overflows */
+  const double g = s->gamma, volume = 1 / density, end = pressure + s->stiffness,
                start = s->pressure + s->excess;
-  if (density == 0) return 0;
   if (!s->barotropic) return kith_exact_energy(g, density, end) + s->stiffness * volume;
   const double from = 1 / s->density, squeeze = from - volume;
   if (shocked) return s->energy + 0.5 * (pressure + s->pressure - base) * squeeze;
