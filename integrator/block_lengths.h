@@ -1,5 +1,5 @@
 /* block_lengths.h - block time steps: how long the base step and the steps of nodes are (block_steps.h).
- * Lengths are in ticks. Functions that take no node are collective. */
+ * Lengths are in ticks. Functions that take no node are collective, but for kith_blocks_want. */
 #ifndef KITH_INTEGRATOR_BLOCK_LENGTHS_H
 #define KITH_INTEGRATOR_BLOCK_LENGTHS_H
 

@@ -30,7 +30,7 @@
 /* Creates the private state (integrator->self) and fields. */
 kith_status kith_block_steps_create(struct kith_integrator *integrator, struct kith_block_settings settings);
 void kith_block_steps_destroy(struct kith_integrator *integrator);
-/* Plans the first base step, after the first rates. Collective, as all that follow. */
+/* Plans the first base step, after the first rates. Collective, as is kith_block_steps_advance. */
 kith_status kith_block_steps_start(struct kith_integrator *integrator);
 /* Begins a base step of length dt. */
 void kith_block_steps_begin(struct kith_integrator *integrator, double dt);
