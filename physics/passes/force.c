@@ -523,19 +523,19 @@ kith_status kith_force(struct kith_force_pass *pass) {
   if (pass->n_exchanged > 0) kith_package_start_refresh(package, pass->n_exchanged, pass->exchanged);
   pack(pass, internal, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
   if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
-  pass->tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical &&
-                !(weighs && pass->flag != NULL);
+  const bool tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical &&
+                     !(weighs && pass->flag != NULL);
   pass->lanes = (int)size + pass->edges + KITH_PAIR_VALUES;
-  const kith_index chunk = pass->tiled ? tile_size(internal) : KITH_CHUNK;
-  const size_t given = pass->tiled ? (size_t)chunk * (groups_of(pass) * KITH_LANES + 1) : 0;
+  const kith_index chunk = tiled ? tile_size(internal) : KITH_CHUNK;
+  const size_t given = tiled ? (size_t)chunk * (groups_of(pass) * KITH_LANES + 1) : 0;
   const struct kith_node_sweep sums = {
       .stage = "force",
       .rows = &pass->connectivity->rows,
-      .chunk = pass->tiled ? tile_chunk : gather_chunk,
+      .chunk = tiled ? tile_chunk : gather_chunk,
       .chunk_size = chunk,
       .context = pass,
       .touched = pass->kick->blocks != NULL, /* without block steps only active nodes get new rates */
-      .whole = pass->tiled && weighs,
+      .whole = tiled && weighs,
       .lanes = pass->lanes + (int)(given / KITH_STRIDE + 1),
       .width = KITH_STRIDE,
       .arrived = pack,

@@ -87,7 +87,6 @@ struct kith_force_pass {
   const uint8_t *barrier; /* [nodes] or NULL */
   const uint8_t *flag;    /* [nodes] flags (nodes.h); NULL: not needed */
   const double *f_couple; /* [pairs] or NULL: 1 for all */
-  bool tiled;             /* pairs within a tile are evaluated once */
   int lanes;              /* lanes of scratch, without what the nodes of a tile are given */
   bool is_last;           /* last package to evaluate: it completes what (1) of package.h needs */
 };
