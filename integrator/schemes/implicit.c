@@ -51,10 +51,8 @@ static int residual(N_Vector state, N_Vector out, void *integrator) {
 
 static void forget(struct kith_integrator *it) {
   struct implicit *m = it->self;
-  if (m->stages.memory != NULL) {
-    KINFree(&m->stages.memory);
-    if (m->solver != NULL) SUNLinSolFree(m->solver);
-  }
+  if (m->stages.memory != NULL) KINFree(&m->stages.memory);
+  if (m->solver != NULL && !m->stages.vectors->lacking) SUNLinSolFree(m->solver);
   m->solver = NULL;
   for (int k = 0; k < VECTORS; ++k) {
     if (m->vector[k] != NULL) N_VDestroy(m->vector[k]);
