@@ -16,7 +16,8 @@ static double cubic_spline(double q) {
   return q >= 2 ? 0 : q >= 1 ? 0.25 * t * t * t : 1 - q * q * (1.5 - 0.75 * q);
 }
 
-/* Returns the least distance of a node of any rank from the center; *spacing: that of this node. */
+/* Returns the least distance of a node of any rank from the center; *spacing: that of this node, of several
+ * nodes that are as near the one with the least id, in whatever order they are. */
 static double nearest(const struct kith_deposit *deposit, const struct kith_scene *scene,
                       const struct kith_hydro *hydro, double *spacing) {
   struct kith_ranks *ranks = hydro->nodes->ranks;
@@ -28,9 +29,10 @@ static double nearest(const struct kith_deposit *deposit, const struct kith_scen
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
     if (!kith_node_is_gas(hydro->nodes, i)) continue;
     const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + (size_t)i * NDIM);
-    if (r >= node.r) continue;
+    const int64_t id = hydro->nodes->id->i64[i];
+    if (!(r < node.r || (r == node.r && id < node.id))) continue;
     node.r = r;
-    node.id = hydro->nodes->id->i64[i];
+    node.id = id;
     node.spacing = kith_root_dim(hydro->mass->f64[i] / hydro->density->f64[i]);
   }
   const struct kith_shared shared = {KITH_SHARE_LEAST, sizeof node / 8, &node};

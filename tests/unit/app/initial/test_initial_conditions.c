@@ -2,6 +2,7 @@
  * deposits, jitter (against counts and formulas known by hand), and scenes that are refused. */
 #include <stdlib.h>
 #include <string.h>
+#include "app/initial/deposits.h"
 #include "app/initial/initial_conditions.h"
 #include "tests/check.h"
 #include "tests/unit/materials.h"
@@ -364,6 +365,36 @@ static void kernel_deposit(void) {
   refuses(&s, "hand.yaml:77", "no node is within 0.01");
 }
 
+/* Nodes of two spacings are as near the center of a later deposit, whose radius is in spacings: that of the
+ * least id counts, in whatever order ranks or a reordering have put the nodes. */
+static void equal_distances(void) {
+  struct hand_scene s;
+  int heated[2] = {0};
+  open_scene(&s, -1, 1, 8);
+  for (int k = 0; k < 2; ++k) {
+    struct kith_region *region = add(&s, KITH_LATTICE_CUBIC, "1");
+    region->spacing = k == 0 ? 0.125 : 0.25;
+    region->where.extent[0][0] = k - 1, region->where.extent[0][1] = k;
+    replace(&region->pressure, "0");
+  }
+  blast(&s, KITH_DEPOSIT_BALL, 0)->spacings = 2;
+  s.deposit->center[0] = NDIM / 32., s.deposit->time = 1;
+  must_run(&s);
+  const kith_index n = s.nodes->n_internal;
+  kith_index *order = NULL;
+  CHECK_OK(kith_resize(&order, 0, (size_t)n, sizeof *order));
+  for (kith_index i = 0; i < n; ++i) order[i] = n - 1 - i;
+  for (int turned = 0; turned < 2; ++turned) {
+    if (turned) CHECK_OK(kith_nodes_reorder(s.nodes, order));
+    for (kith_index i = 0; i < n; ++i) s.hydro.energy->f64[i] = 0;
+    CHECK_OK(kith_deposits_add(&s.scene, &s.hydro, 1));
+    for (kith_index i = 0; i < n; ++i) heated[turned] += s.hydro.energy->f64[i] > 0;
+  }
+  CHECK(heated[0] > 0 && heated[1] == heated[0]);
+  kith_free(&order);
+  close_scene(&s);
+}
+
 static void state_errors(void) {
   static const struct {
     const char *density, *pressure, *energy, *line, *says;
@@ -481,6 +512,7 @@ int main(void) {
   deposits();
   whole_shells();
   kernel_deposit();
+  equal_distances();
   state_errors();
   overlaps();
   empty_and_huge();
