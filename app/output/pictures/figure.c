@@ -143,7 +143,9 @@ static struct kith_range colors_of(const struct kith_figure_map *map) {
     kith_range_include(&colors, map->value[p]);
   if (map->has_sign && !isfinite(map->colors.lower))
     colors.upper = KITH_MAX(fabs(colors.lower), fabs(colors.upper)), colors.lower = -colors.upper;
-  if (!(colors.upper - colors.lower > 1e-12 * fabs(colors.upper))) colors.upper = colors.lower + 1;
+  /* 9 digits are written, as in kith_range_with_room. */
+  const double size = KITH_MAX(fabs(colors.lower), fabs(colors.upper));
+  if (!(colors.upper - colors.lower > 1e-8 * size)) colors.upper = colors.lower + KITH_MAX(1, 1e-6 * size);
   return isfinite(colors.lower) ? colors : (struct kith_range){0, 1};
 }
 

@@ -250,6 +250,20 @@ static void flat_ranges(void) {
   }
 }
 
+/* So must those of the colors of a map, all of whose values are the same. */
+static void flat_colors(void) {
+  static const double values[] = {1e-30, 1, 1e10, 1e30};
+  for (size_t k = 0; k < sizeof values / sizeof *values && NDIM > 1; ++k) {
+    const struct kith_plot p = sample(50, NULL);
+    char lower[32] = "", upper[32] = "";
+    for (kith_index i = 0; i < 50; ++i) position[(size_t)i * NDIM + 1] = i % 7, scalar[i] = values[k];
+    CHECK_OK(kith_plot_write(&p, directory));
+    const char *range = strstr(text_of("plot.gp"), "set cbrange [");
+    CHECK(range != NULL && sscanf(range, "set cbrange [%31[^:]:%31[^]]", lower, upper) == 2);
+    CHECK(strcmp(lower, upper) != 0);
+  }
+}
+
 int main(void) {
   static const char *const files[] = {"profile.dat", "exact.dat", "mean.dat",  "plot.gp",
                                       "plot.png",    "plot.pdf",  "map_1.bin", "map_2.bin",
@@ -259,6 +273,7 @@ int main(void) {
   CHECK_OK(kith_resize(&velocity, 0, MANY * NDIM, sizeof *velocity));
   CHECK_OK(kith_resize(&scalar, 0, MANY, sizeof *scalar));
   flat_ranges();
+  flat_colors();
   contents();
   default_pictures();
   errors_in_window();
