@@ -224,12 +224,13 @@ kith_status kith_probes_destroy(struct kith_probes **probes) {
 
 /* --- the sums of a point --- */
 
-/* How far nodes reach, at most: [0] by their supports, along the longest axis of these, [1 + b] outside of
- * face b. */
+/* How far nodes and frozen nodes reach, at most: [0] by their supports, along the longest axis of these,
+ * [1 + b] outside of face b. */
 static void measure_reach(const struct kith_probes *p, double reach[1 + KITH_MAX_BOUNDARIES]) {
   const struct kith_nodes *nodes = p->simulation->nodes;
   memset(reach, 0, (1 + KITH_MAX_BOUNDARIES) * sizeof *reach);
-  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+  for (kith_index i = 0; i < kith_nodes_count(nodes); ++i) {
+    if (!is_source(p, nodes, i)) continue;
     reach[0] = KITH_MAX(reach[0], nodes->support->f64[i]);
     for (int b = 0; b < p->faces.n; ++b) {
       const struct kith_boundary *face = p->faces.boundary[b];

@@ -215,14 +215,19 @@ static void eliminate(double m[NDIM + 1][NDIM + 2]) {
   for (int k = 0; k <= NDIM; ++k) m[k][NDIM + 1] /= m[k][k];
 }
 
-/* The oracle: a component of velocity and its gradient at x by a linear fit over all nodes and their images
- * -1, 0 and 1 along each axis: shifted along x and z, mirrored along y. */
+/* Is it a node or a frozen node, not an image? */
+static bool has_values(const struct kith_nodes *nodes, kith_index j) {
+  return j < nodes->n_internal || kith_nodes_ghost_block(nodes, j)->kind == KITH_GHOST_FROZEN;
+}
+
+/* The oracle: a component of velocity and its gradient at x by a linear fit over all nodes, frozen ones too,
+ * and their images -1, 0 and 1 along each axis: shifted along x and z, mirrored along y. */
 static void oracle_at(const struct scenario *s, const double *x, int component, double out[NDIM + 1]) {
   const struct kith_hydro *h = &s->simulation->hydro;
   double m[NDIM + 1][NDIM + 2] = {{0}};
   int image[3];
-  for (kith_index j = 0; j < h->nodes->n_internal; ++j)
-    for (image[0] = -1; image[0] <= 1; ++image[0])
+  for (kith_index j = 0; j < kith_nodes_count(h->nodes); ++j)
+    for (image[0] = has_values(h->nodes, j) ? -1 : 2; image[0] <= 1; ++image[0])
       for (image[1] = NDIM > 1 ? -1 : 0; image[1] <= (NDIM > 1); ++image[1])
         for (image[2] = NDIM > 2 ? -1 : 0; image[2] <= (NDIM > 2); ++image[2]) {
           double term[NDIM + 1] = {1}, r2 = 0, w, g, v = h->velocity->f64[(size_t)j * NDIM + component];
@@ -247,11 +252,11 @@ static void oracle_at(const struct scenario *s, const double *x, int component, 
   for (int k = 0; k <= NDIM; ++k) out[k] = m[k][NDIM + 1];
 }
 
-static void check_images(const char *stretch) {
+static void check_images(const char *settings) {
   struct scenario s = {0};
   struct kith_probes *probes;
   if (scenario_open(&s, box, "boundaries.x=periodic boundaries.y=reflecting boundaries.z=periodic%s",
-                    stretch)) {
+                    settings)) {
     CHECK_OK(scenario_start(&s));
     CHECK_OK(scenario_steps(&s, 2));
     for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i)
@@ -433,6 +438,8 @@ int main(void) {
   check_pictures();
   check_images("");
   check_images(" method.stretch=[1.5,1,1.2]");
+  /* Frozen nodes reach farther than the gas. */
+  check_images(" arrangement= regions.1.frozen=true regions.1.spacing=0.25");
   check_series();
   check_sparse();
   check_contacts("connectivity.storage=padded");
