@@ -253,7 +253,7 @@ static kith_status collect(struct picture *f) {
   choose_panels(f);
   KITH_TRY(collect_nodes(f));
   collect_means(f);
-  choose_plane(f);
+  if (NDIM > 1) choose_plane(f);
   for (int k = 0; k < f->n; ++k)
     if (f->panel[k].map) KITH_TRY(collect_pixels(f, k));
   return KITH_OK;
