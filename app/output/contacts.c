@@ -23,13 +23,14 @@ static void tally_contacts(void *context, const struct kith_neighbors *neighbors
   bool meets = false;
   for (size_t k = 0; k < neighbors->n; ++k) {
     const size_t j = (size_t)neighbors->source[k];
-    double d[NDIM];
+    double d[NDIM], stretched[NDIM]; /* stretched: in units of the half axes of supports */
     for (int a = 0; a < NDIM; ++a) {
       d[a] = x[j * NDIM + a] + (neighbors->shift != NULL ? shifts->by[neighbors->shift[k]][a] : 0);
       d[a] = x[i * NDIM + a] - d[a];
+      stretched[a] = d[a] / m->nodes->stretch[a];
     }
-    const double r = sqrt(kith_dot(d, d));
-    if (!(r <= KITH_MAX(h[i], h[j]))) continue;
+    const double r = kith_norm(d);
+    if (!(kith_norm(stretched) <= KITH_MAX(h[i], h[j]))) continue;
     double closing = 0;
     for (int a = 0; a < NDIM; ++a) closing -= d[a] * (v[i * NDIM + a] - v[j * NDIM + a]);
     meets = true;

@@ -392,6 +392,16 @@ static void check_sparse(void) {
 
 /* --- contacts --- */
 
+/* The distance of two nodes where supports are spheres. */
+static double in_half_axes(const struct kith_nodes *nodes, kith_index i, kith_index j) {
+  double sum = 0;
+  for (int a = 0; a < NDIM; ++a)
+    sum += pow((nodes->position->f64[(size_t)i * NDIM + a] - nodes->position->f64[(size_t)j * NDIM + a]) /
+                   nodes->stretch[a],
+               2);
+  return sqrt(sum);
+}
+
 static void check_contacts(const char *settings) {
   struct scenario s = {0};
   struct kith_contacts *contacts;
@@ -412,7 +422,7 @@ static void check_contacts(const char *settings) {
       bool meets = false;
       for (kith_index j = 0; nodes->list->u8[i] == 0 && j < kith_nodes_count(nodes); ++j) {
         const double r = sqrt(oracle_distance2(nodes, i, j));
-        if (nodes->list->u8[j] != 1 || !(r <= fmax(h[i], h[j]))) continue;
+        if (nodes->list->u8[j] != 1 || !(in_half_axes(nodes, i, j) <= fmax(h[i], h[j]))) continue;
         meets = true, wanted[1] += 1, wanted[2] = fmin(wanted[2], r);
       }
       wanted[0] += meets;
@@ -443,6 +453,7 @@ int main(void) {
   check_series();
   check_sparse();
   check_contacts("connectivity.storage=padded");
+  check_contacts("method.stretch=[2,1,1.5]");
   check_contacts("connectivity.rebuild=displacement boundaries.x=periodic scheme.dt=0.0001");
   directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
