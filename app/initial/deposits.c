@@ -8,7 +8,7 @@ static const double tolerance = 1e-9;
 
 static double distance_from(const struct kith_deposit *deposit, const struct kith_scene *scene,
                             const double *x) {
-  return sqrt(kith_scene_distance2(scene, x, deposit->center));
+  return kith_scene_distance(scene, x, deposit->center, NULL);
 }
 
 static double cubic_spline(double q) {

@@ -232,7 +232,8 @@ kith_status kith_output_offenders(const struct kith_output *output, struct kith_
   if (!*written) return KITH_OK;
   KITH_TRY(kith_ranks_allreduce_status(nodes->ranks, kith_resize(&others, 0, (size_t)nodes->n_internal, 1)));
   for (kith_index i = 0; i < nodes->n_internal; ++i) {
-    const double r = sqrt(kith_scene_distance2(m->scene, nodes->position->f64 + (size_t)i * NDIM, center));
+    const double *x = nodes->position->f64 + (size_t)i * NDIM,
+                 r = kith_scene_distance(m->scene, x, center, nodes->stretch);
     others[i] = nodes->id->i64[i] != id && !(r <= fmax(center[NDIM], reach_of(nodes, i)));
   }
   kith_status status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_delete(nodes, others));

@@ -214,15 +214,18 @@ struct kith_scene {
   } output;
 };
 
-/* Squared distance of two places, along the nearest way through periodic faces. */
-static inline double kith_scene_distance2(const struct kith_scene *scene, const double *x, const double *y) {
+/* Distance of two places, along the nearest way through periodic faces. half_axes: lengths are in units of
+ * these, along each axis; NULL: as they are. */
+static inline double kith_scene_distance(const struct kith_scene *scene, const double *x, const double *y,
+                                         const double *half_axes) {
   double sum = 0;
   for (int a = 0; a < NDIM; ++a) {
     double d = x[a] - y[a];
     if (scene->period[a] > 0) d -= scene->period[a] * round(d / scene->period[a]);
+    if (half_axes != NULL) d /= half_axes[a];
     sum += d * d;
   }
-  return sum;
+  return sqrt(sum);
 }
 
 /* Does gas pass a face of this axis? */

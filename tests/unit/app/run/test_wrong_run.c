@@ -1,6 +1,8 @@
 /* test_wrong_run.c - unusual scenes that must work (against what is known: rest, conservation, an equivalent
  * scene), and wrong states, which must stop the run and name the node and the reason. */
 #include <omp.h>
+#include "app/output/output.h"
+#include "tests/unit/files.h"
 #include "tests/unit/scenario.h"
 
 #define HEAD "dimension: 1\nscene: edge\ndomain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
@@ -192,7 +194,33 @@ static void collapse(void) {
   scenario_close(&s);
 }
 
+/* offenders.hdf has the nodes whose supports, spheres or ellipsoids, hold a node or are held by it. */
+static void offenders(const char *stretch) {
+  struct scenario s = {0};
+  struct kith_output output = {.n_snapshots = 0};
+  bool written = false;
+  snprintf(output.directory, sizeof output.directory, "%s", directory);
+  if (scenario_open(&s, at_rest, "method.stretch=%s", stretch)) {
+    CHECK_OK(scenario_start(&s));
+    const struct kith_nodes *nodes = s.simulation->nodes;
+    const double *x = nodes->position->f64, *h = nodes->support->f64;
+    kith_index wanted = 0;
+    const kith_index o = node_of(&s, 5);
+    for (kith_index i = 0; i < nodes->n_internal; ++i) {
+      double r2 = 0;
+      for (int a = 0; a < NDIM; ++a)
+        r2 += pow(remainder(x[(size_t)i * NDIM + a] - x[(size_t)o * NDIM + a], 1) / nodes->stretch[a], 2);
+      wanted += sqrt(r2) <= fmax(h[i], h[o]);
+    }
+    CHECK_OK(kith_output_offenders(&output, s.simulation, 5, &written));
+    CHECK(written && nodes->n_internal == wanted);
+  }
+  scenario_close(&s);
+}
+
 int main(void) {
+  static const char *const files[] = {"offenders.hdf"};
+  directory_make();
   omp_set_num_threads(1);
   one_node_in_a_thin_box();
   materials_are_labels();
@@ -202,5 +230,8 @@ int main(void) {
   single_node();
   coincident_nodes();
   collapse();
+  offenders("[1,1,1]");
+  offenders("[2,1,1.5]");
+  directory_remove(sizeof files / sizeof *files, files);
   return check_failed();
 }
