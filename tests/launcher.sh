@@ -55,6 +55,7 @@ check 0 "in elsewhere: [run] [a b.yaml] [--threads] [3] [--set] [x=1] [--ranks=1
   "$kith" run "a b.yaml" --threads 3 --set x=1 --ranks=1 '' --quiet
 check 0 "in elsewhere: [build] [all]" "$kith" build all
 check 0 "in elsewhere: [test] [--help]" "$kith" test --help
+check 0 "in elsewhere: [test] [-h]" "$kith" test -h
 check 0 "bind close in" env OMP_PROC_BIND=close "$kith" bench
 check 0 "" "$kith" build
 check 2 "no such test" "$kith" test quick
@@ -70,6 +71,12 @@ check 2 "built-1" ls "$tree/built-1"
 check 0 "plan" "$kith" plan --set dimension=3 flat.yaml
 check 2 "built-1" ls "$tree/built-1"
 check 0 "built-3" ls "$tree/built-3"
+rm -f "$tree"/built-*
+check 0 "run" "$kith" run flat.yaml --set "dimension?=3"
+check 0 "built-3" ls "$tree/built-3"
+check 0 "run" "$kith" run flat.yaml --set dimension=+1
+check 0 "built-1" ls "$tree/built-1"
+rm -f "$tree"/built-*
 check 0 "run" "$kith" run none.yaml
 check 0 "built-1" ls "$tree/built-1"
 check 3 "" "$kith" validate code3
