@@ -43,18 +43,22 @@ static kith_status keep_pipe(struct kith_options *options, char path[64]) {
   return KITH_OK;
 }
 
-/* Becomes the program of the scene's dimension, with the same words of the command line. Binds threads to
- * cores for a single process only: each of several would bind its threads to the first cores. */
+/* Becomes the program of the scene's dimension, or, without a scene, that of the most dimensions which was
+ * built, with the same words of the command line. Binds threads to cores for a single process only: each of
+ * several would bind its threads to the first cores. */
 static kith_status hand_over(struct kith_options *options) {
   struct kith_programs programs;
-  char path[KITH_PATH + 8], kept[64];
-  int dimension = 3; /* without a scene: that of the built-in one, or any */
-  if (options->subject != NULL && strstr(options->verb->argument, "SCENE") != NULL) {
+  char path[KITH_PATH + 16], kept[64];
+  int dimension = 3;
+  const bool of_scene = options->subject != NULL && strstr(options->verb->argument, "SCENE") != NULL;
+  if (of_scene) {
     KITH_TRY(keep_pipe(options, kept));
     KITH_TRY(kith_scene_dimension(options->subject, options->n_overrides, options->overrides, &dimension));
   }
   KITH_TRY(kith_programs_find(&programs));
   snprintf(path, sizeof path, "%s%dd", programs.prefix, dimension);
+  while (!of_scene && access(path, X_OK) != 0 && dimension > 1)
+    snprintf(path, sizeof path, "%s%dd", programs.prefix, --dimension);
   if (options->ranks <= 1 && getenv("OMPI_COMM_WORLD_SIZE") == NULL) setenv("OMP_PROC_BIND", "true", 0);
   execv(path, options->arguments);
   KITH_FAIL(BAD_FILE, "cannot start %s", path);

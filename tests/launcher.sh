@@ -152,7 +152,10 @@ check 0 "--restart FILE" "$kith" run --help
 if "$kith" plan --help | grep -q -e --restart; then
   echo "the help of plan shows --restart" && failures=$((failures + 1))
 fi
-rm kith-3d
+rm kith-3d kith-1d # as with -DKITH_DIMENSIONS=2
+check 0 "2d list a" "$kith" list a
+check 1 "cannot start" "$kith" run 3.yaml
+rm kith-2d
 check 1 "cannot start" "$kith" list
 
 exit $((failures > 0))
