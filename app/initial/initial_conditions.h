@@ -1,6 +1,6 @@
 /* initial_conditions.h - from a scene to nodes: lattices cut to regions, masses, state, deposited energy.
  *
- * A lattice (lattice.h: cubic, bcc, fcc, hcp) fills a region's box, cut with the domain, with whole cells;
+ * A lattice (lattice.h) fills a region's box, cut with the domain, with whole cells;
  * sites outside of the region's expression are left out. A site stands for the volume v = box / all sites,
  * its mass is rho(x) v: the density is exact, and so is the mass of a box of constant density. Nodes of two
  * boxes that touch stand half a layer each from the common face.
@@ -16,7 +16,8 @@
  * equation of state. Support: H = (neighbors / ball * v)^(1/NDIM), a first guess.
  *
  * BAD_INPUT, with file and line: a region outside of the domain, without a node, or with a site inside
- * another region; impossible values, with the place; a scene beyond 1e9 nodes.
+ * another region; impossible values, with the place; a scene beyond 1e9 nodes, or beyond the memory of this
+ * computer.
  *
  * Zones behind faces that gas passes: the lattices of the regions at the face go on, in whole cells, with the
  * state at the face.

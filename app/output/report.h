@@ -2,15 +2,15 @@
  * people.
  *
  * Single values are the list below; beside them the file has
- *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}, and the other members of norms.h; null
- *                                        without an exact solution
+ *   norms.{density,velocity,pressure,energy,speed}.{l1,l2,linf}, and the single numbers of norms.h but
+ *                                        shock_side; null without an exact solution
  *   measures.<name>                      those the scene requests (measure.h)
  *   stages.<path>.{seconds,calls}        of rank 0; of several ranks also {min,mean,max} of their seconds.
  *                                        Those of the first level, set-up, start, step, output, comparison
  *                                        and pictures, sum up to program_seconds
  *   fom.<name>                           figures of merit, over the seconds of the steps alone
  *   ledger.<name>                        counts of the connectivity lifecycle, of all ranks, and bytes
- *   ranks_detail.<name>[.{min,mean,max}] what each of several ranks did and exchanged; largest_imbalance
+ *   ranks_detail.<name>[.{min,mean,max}] what each rank, also a single one, did and sent; largest_imbalance
  *                                        is null if no check followed the first one
  * Counts are those since the start of the scene, over all restarts: steps, pair_evaluations, those of ledger
  * and of remote ghosts. Seconds, rates, stages, messages, message_bytes and collective_calls are those of

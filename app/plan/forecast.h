@@ -13,11 +13,11 @@
  *    t_rank = T (1 - g) w + T g (n + ghosts) / (all nodes and images) + messages latency + bytes / bandwidth
  *    t_step = max over ranks of t_rank + calls collective ceil(log2 N) + balance
  *
- * T is a step of one process, g the part of it that stages take which treat ghosts as nodes, w and n the
- * parts of work and nodes of the rank; calls, and messages and bytes for each neighbor, peer, ghost and
- * cell are what a rehearsal counted; balance: two times the work of all cells at the bandwidth. With fewer
- * cores than ranks the sum of all t_rank over the cores counts, where that is more. Exchange during
- * computation is not subtracted, waiting for a slower neighbor is not added. */
+ * T is a step of one process, g the part of it that stages take which treat ghosts as nodes, w the part of
+ * the rank in all work, n as large a part of all nodes; calls, and messages and bytes for each neighbor,
+ * peer, ghost and cell are what a rehearsal counted; balance: two times the work of all cells at the
+ * bandwidth. With fewer cores than ranks the sum of all t_rank over the cores counts, where that is more.
+ * Exchange during computation is not subtracted, waiting for a slower neighbor is not added. */
 #ifndef KITH_APP_PLAN_FORECAST_H
 #define KITH_APP_PLAN_FORECAST_H
 

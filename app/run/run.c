@@ -1,7 +1,8 @@
 /* run.c - a scene from start to end: steps, progress, snapshots, history, checkpoints, comparison, report,
  * picture. Of several ranks all run this; rank 0 speaks and writes.
  *
- * Exit code: 0, 1 (the run failed; a snapshot of where it failed is in the directory) or 2 (scene, files). */
+ * Exit code: 0, 1 (the run failed, and a snapshot of where it failed is in the directory; or it was stopped
+ * before its end) or 2 (scene, files). */
 #include "app/cli/options.h"
 
 #include <ctype.h>

@@ -7,8 +7,8 @@
 struct kith_expression; /* opaque */
 
 /* Parses a formula. BAD_INPUT with the parser's reason and the place in the formula. x, y, z, r, t, pi, e and
- * the functions of muParser are known. In a dimension below 3, y and z are 0. r = |x|. t is the time: 0 until
- * it is set. */
+ * the functions of muParser are known. Coordinates beyond the dimension are 0. r = |x|. t is the time: 0
+ * until it is set. */
 kith_status kith_expression_create(struct kith_expression **out, const char *formula);
 void kith_expression_destroy(struct kith_expression **expression);
 /* Value at x[n], n from 1 to 3; BAD_INPUT if it is not finite. Not thread-safe on one object. */

@@ -20,7 +20,8 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
  * of the chosen member are read too, over settings that are there already. Parameters of other members of the
  * family are refused, or, if the member was chosen in a later layer than they were given, dropped. */
 kith_status kith_params_read(const struct kith_param *params, const struct kith_config_node *map, void *base);
-/* BAD_INPUT unless it is a map, with the key that names a member, or with all keys. */
+/* BAD_INPUT unless it is a map; the message has the key that names a member, or, where there is none, all
+ * keys. */
 kith_status kith_params_want_map(const struct kith_param *params, const struct kith_config_node *node);
 /* Reads one row from a map. */
 kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base);

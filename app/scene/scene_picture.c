@@ -57,7 +57,8 @@ kith_status kith_scene_fields(const struct kith_scene *scene, const struct kith_
   return KITH_OK;
 }
 
-/* Refuses plane and colors for curves, unless kind or dimension was chosen in a later layer. */
+/* Refuses plane and colors for curves, and kinds that this dimension does not have, unless kind or dimension
+ * was chosen in a later layer. */
 static kith_status check_maps(const struct kith_picture *p, const struct kith_config_node *node,
                               const struct kith_config_node *dimension) {
   const bool maps = NDIM > 1 && p->kind != KITH_PICTURE_PROFILE && p->kind != KITH_PICTURE_RADIAL,

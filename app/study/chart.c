@@ -7,7 +7,7 @@
  *   DIR/chart.md    for each norm a table: observed orders, the cost at a given error, who is on the Pareto
  *                   front, which points of other codes lie above it; the runs that failed. Also on stdout
  *   DIR/chart.png   errors against CPU-seconds, against pair evaluations (the same on any machine) and
- *                   against resolution, by gnuplot from DIR/chart.gp
+ *                   against resolution, by gnuplot from DIR/chart.gp; and chart.pdf
  *   DIR/points.csv  all points
  *
  * Exit code: 0; 1 if a run failed or the results cannot be written; 2 if the suite or the command line is

@@ -56,7 +56,7 @@ struct kith_job {
   char label[KITH_JOB_LABEL], value[48]; /* the method, and the value of what is varied */
   double x;                              /* that value as a number, or its position */
   int line;                              /* of the file that the method, or the row, is from */
-  int dimension, ranks, threads;         /* ranks 0: one process; threads 0: all */
+  int dimension, ranks, threads;         /* ranks 0: one process; threads 0: as `kith run` chooses */
   int steps;                             /* 0: no limit */
   char restart[KITH_JOB_PATH];           /* checkpoint; "": none */
   char settings[KITH_JOB_SETTINGS];      /* key=value as --set takes them, each ended by a newline */
@@ -70,7 +70,7 @@ struct kith_job_end {
   char why[256]; /* why it failed */
 };
 /* Starts `verb` (run, or plan, which takes no directory) for a job and waits: see kith_process_run. BAD_FILE
- * if it cannot be started, or was interrupted from outside. */
+ * if it cannot be started, was interrupted from outside, or another run writes to the directory. */
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
                          const char *directory, const char *log, double cpu_limit, struct kith_job_end *end);
 /* Has `kith plan` check a job: BAD_INPUT "FILE:LINE: WHAT LABEL: its message" if it refuses the settings;

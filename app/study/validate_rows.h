@@ -44,7 +44,7 @@ enum kith_row_kind {
 };
 
 struct kith_row {
-  struct kith_job job; /* label: the row's name; dimension 0: no run of its own; threads 0: all */
+  struct kith_job job; /* label: the row's name; dimension 0: no run of its own; threads 0: 1 if quick */
   char measure[96], source[256];
   bool quick;                   /* in the quick suite, which takes minutes */
   double at_most, at_least;     /* NaN if not given; one of them is, unless there is `prints` or no measure */

@@ -18,7 +18,7 @@ struct kith_map {
 };
 
 /* The map of the plane across axis `normal`, at a position (NaN: all nodes, along the line of sight), as far
- * as there are nodes; at least 2-D. */
+ * as there are nodes. Not for 1-D. */
 struct kith_map kith_map_of(const struct kith_profile_view *nodes, int normal, double at);
 /* Draws `of` of the nodes into value[pixels[1]][pixels[0]], NaN where there is none. NO_MEMORY. */
 kith_status kith_map_draw(const struct kith_map *map, const struct kith_profile_view *nodes, const double *of,
