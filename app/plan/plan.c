@@ -551,7 +551,7 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
   KITH_TRY(read_scenes(plan, o));
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
   KITH_TRY(kith_simulation_create(&plan->simulation, plan->coarse != NULL ? plan->coarse : plan->scene, NULL,
-                                  plan->profile, o->check));
+                                  plan->profile, false));
   struct kith_simulation *m = plan->simulation;
   if (o->threads == 0) kith_share_cores(NULL, m->nodes->n_internal);
   KITH_TRY(kith_forecast_cells(m, KITH_MAX(o->ranks, 1), &plan->cells));

@@ -366,7 +366,7 @@ static kith_status read_one(struct kith_config **out, const char *path) {
     wrong = "larger than 1 MiB, too large for a scene";
   if (file != NULL) fclose(file);
   if (wrong != NULL) snprintf(line, sizeof line, "%.300s: %s", path, wrong);
-  if (access(path, F_OK) != 0) suggest_scene(path, line, sizeof line);
+  if (wrong != NULL && access(path, F_OK) != 0) suggest_scene(path, line, sizeof line);
   const kith_status status = wrong != NULL ? refuse(line) : kith_config_parse(out, path, text, length);
   kith_free(&text);
   return status;

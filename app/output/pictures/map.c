@@ -3,7 +3,7 @@
 
 #include "lib/comm/ranks.h"
 
-enum { LONG_SIDE = 480, MOST_PIXELS = 4096 };
+enum { LONG_SIDE = 480 };
 
 static double spacing(const struct kith_profile_view *nodes, kith_index i) {
   return pow(nodes->mass[i] / nodes->density[i], 1.0 / NDIM);
@@ -26,7 +26,7 @@ struct kith_map kith_map_of(const struct kith_profile_view *nodes, int normal, d
     longest = KITH_MAX(longest, upper - lower);
   }
   for (int k = 0; k < 2; ++k) {
-    map.pixels[k] = KITH_MAX(1, KITH_MIN(MOST_PIXELS, (int)rint(LONG_SIDE * map.size[k] / longest)));
+    map.pixels[k] = KITH_MAX(1, (int)rint(LONG_SIDE * map.size[k] / longest));
     map.size[k] /= map.pixels[k];
   }
   return map;
