@@ -39,12 +39,12 @@ static kith_status read_plot(const struct kith_scene *scene, struct kith_probe *
   return KITH_OK;
 }
 
-/* Counts the points along each edge, and refuses too many before memory is asked for. */
+/* Counts the points along each edge, at least its ends, and refuses too many before memory is asked for. */
 static kith_status count_points(const struct kith_scene *scene, struct kith_probe *probe) {
   const double spacing = probe->spacing > 0 ? probe->spacing : 1 / scene->resolution;
   double all = 1;
   for (int k = 0; k < 3; ++k) {
-    const double n = rint(kith_norm(probe->edge[k]) / spacing) + 1;
+    const double length = kith_norm(probe->edge[k]), n = length > 0 ? fmax(rint(length / spacing), 1) + 1 : 1;
     all *= n;
     if (!(all <= KITH_MOST_PROBES))
       return kith_config_fail(probe->node, NULL, "more than %d points", KITH_MOST_PROBES);

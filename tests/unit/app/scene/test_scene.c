@@ -278,6 +278,23 @@ static void reads_pictures(void) {
   kith_scene_destroy(&s);
 }
 
+/* Both ends of an edge are points, however long the spacing is. */
+static void counts_probe_points(void) {
+  static const struct {
+    const char *along;
+    int points;
+  } tries[] = {{"0", 1}, {"0.001", 2}, {"0.02", 2}, {"0.05", 4}, {"0.5", 31}};
+  for (size_t k = 0; k < sizeof tries / sizeof *tries; ++k) {
+    struct kith_scene *s;
+    char probes[96];
+    snprintf(probes, sizeof probes, "probes=[{name: p, at: [0, 0, 0], along: [%s, 0, 0]}]", tries[k].along);
+    CHECK_OK(read_text(&s, sod, probes));
+    if (s == NULL) continue;
+    CHECK(s->probe->points[0] == tries[k].points && s->probe->points[1] == 1 && s->probe->points[2] == 1);
+    kith_scene_destroy(&s);
+  }
+}
+
 /* --- files, the reference, comparison --- */
 
 static void reads_files(void) {
@@ -402,6 +419,7 @@ int main(void) {
   reads_shapes();
   reads_across();
   reads_pictures();
+  counts_probe_points();
   reads_files();
   reference();
   return check_failed();
