@@ -254,11 +254,14 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
 
 /* Draws pictures of what was sampled on the way. Called by one process. */
 static kith_status draw_tables(struct run *run) {
+  char path[640];
   if (run->output.growth.scene != NULL)
     KITH_TRY(kith_growth_draw(&run->output.growth, run->output.directory,
                               run->baseline.measure[run->output.growth.measure]));
   if (run->scene->n_probes == 0) return KITH_OK;
   KITH_TRY(kith_probes_publish(run->output.probes));
+  snprintf(path, sizeof path, "%s/probes.h5", run->output.directory);
+  if (access(path, F_OK) != 0) return KITH_OK; /* a restart from elsewhere that made no step has no samples */
   return kith_probes_draw(run->scene, run->scene->exact.solution, run->output.directory);
 }
 

@@ -88,6 +88,18 @@ awk -F, -v reported="$(number node_updates_per_second)" -v seconds="$(number wal
   out/history.csv || wrong "updates of nodes that come and go"
 rm -rf out
 
+# ---- a restart that makes no step, in another directory, has no samples of probes to draw
+from=()
+for directory in out elsewhere; do
+  "$kith" run tiny.yaml --quiet -o "$directory" --until 0.01 --set output.checkpoint_at_end=true \
+    --set output.plot=true --set "probes=[{name: p, at: [0, 0, 0]}]" "${from[@]}" >stdout 2>stderr ||
+    wrong "probes in $directory: $(<stderr)"
+  ! grep -q "probes.h5" stderr || wrong "pictures of probes in $directory: $(<stderr)"
+  from=(--restart out/checkpoint.kith)
+done
+[[ ! -e elsewhere/probes.h5 ]] || wrong "a restart without a step has samples"
+rm -rf out elsewhere
+
 # ---- walls give angular momentum to the gas, so no error is reported
 cat >walls.yaml <<'END'
 scene: walls
