@@ -214,13 +214,15 @@ static void show_settings(const char *label, const struct kith_param *params, co
   if (text.s[0] != '\0') line(label, "%s", text.s);
 }
 
-/* Prints whether gas at rest stays on each lattice of the scene, as where kith_lattice_stiffness() > 0. */
+/* Prints whether gas at rest stays on each lattice of the scene, as where kith_lattice_stiffness() > 0, which
+ * is that of spherical supports. */
 static void show_lattices(const struct plan *plan) {
   const struct kith_scene *scene = plan->simulation->scene;
   const struct kith_package *p = &plan->simulation->package;
   double stiffness[KITH_LATTICES];
   bool used[KITH_LATTICES] = {false};
   struct text stiff = {""};
+  if (plan->simulation->nodes->stretched != NULL) return;
   for (int k = 0; k < KITH_LATTICES; ++k) {
     stiffness[k] = kith_lattice_stiffness(k, p->kernel, p->neighbors);
     if (isfinite(stiffness[k]) && stiffness[k] > 0) add(&stiff, ", ", "%s", kith_lattice_names[k]);

@@ -192,6 +192,13 @@ if [[ -x $programs/kith-2d ]]; then
       if (!(d * d < 1e-4 && bytes[1] < 0.99 * bytes[2])) print dt[1], dt[2], bytes[1], bytes[2]}' \
     all stdout >differs
   [[ ! -s differs ]] || wrong "first dt and memory of a large blast: $(<differs)"
+
+  # Which lattices are stiff is known for spherical supports only.
+  box=("$kith" plan "$inputs/noisy-box.yaml" --set dimension=2 --set resolution=10 --set until=0
+    --set regions.0.lattice=hcp)
+  shown "hcp: stiff under shear" "${box[@]}"
+  ok "${box[@]}" --set 'method.stretch=[2, 1, 1]'
+  ! grep "under shear" stdout || wrong "a lattice said to be stiff between ellipsoids"
 fi
 
 # Plans of runs above a second make a calibration run: their number of steps is that of the run within a
