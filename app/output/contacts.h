@@ -1,6 +1,6 @@
 /* contacts.h - DIR/contacts.csv: after each step, of each pair of materials that a scene names, how their
- * nodes meet. The lists are managed neighbor lists (list.h) with nodes of one material as targets and of the
- * other as sources. */
+ * nodes meet. The lists are managed neighbor lists (list.h) with nodes of one material as targets, frozen
+ * ones not, and of the other as sources. */
 #ifndef KITH_APP_OUTPUT_CONTACTS_H
 #define KITH_APP_OUTPUT_CONTACTS_H
 

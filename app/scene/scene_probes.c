@@ -25,7 +25,8 @@ const struct kith_param kith_probe_params[] = {
 #undef IN
 
 const struct kith_param kith_contact_params[] = {
-    {"of", KITH_PARAM_OTHER, NULL, "", "a material, whose nodes are counted", .params = NULL},
+    {"of", KITH_PARAM_OTHER, NULL, "", "a material, whose nodes are counted, but for frozen ones",
+     .params = NULL},
     {"with", KITH_PARAM_OTHER, NULL, "", "another material, which they meet", .params = NULL},
     {0}};
 
@@ -94,13 +95,21 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
   return KITH_OK;
 }
 
-/* Reads a material, which some region must be of: otherwise there would be no nodes to find. */
+/* Reads a material, which some region must be of: otherwise there would be no nodes to find. counted: some of
+ * these must not be frozen, whose neighbors are not searched. */
 static kith_status read_party(const struct kith_scene *scene, const struct kith_config_node *node,
-                              int *material) {
+                              bool counted, int *material) {
+  bool found = false;
   KITH_TRY(kith_scene_material(scene, node, material));
-  for (int r = 0; r < scene->n_regions; ++r)
-    if (scene->region[r].material == *material) return KITH_OK;
-  return kith_config_fail(node, NULL, "no region is of material '%s'", scene->material_name[*material]);
+  for (int r = 0; r < scene->n_regions; ++r) {
+    if (scene->region[r].material != *material) continue;
+    if (!counted || !kith_region_stays(&scene->region[r])) return KITH_OK;
+    found = true;
+  }
+  return kith_config_fail(node, NULL,
+                          found ? "all nodes of '%s' are frozen, and have no lists: give it as `with`"
+                                : "no region is of material '%s'",
+                          scene->material_name[*material]);
 }
 
 kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_config_node *node) {
@@ -110,8 +119,8 @@ kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_conf
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     struct kith_contact *contact = &scene->contact[scene->n_contacts++];
     KITH_TRY(kith_params_read(kith_contact_params, child, contact));
-    KITH_TRY(read_party(scene, kith_config_child(child, "of"), &contact->of));
-    KITH_TRY(read_party(scene, kith_config_child(child, "with"), &contact->with));
+    KITH_TRY(read_party(scene, kith_config_child(child, "of"), true, &contact->of));
+    KITH_TRY(read_party(scene, kith_config_child(child, "with"), false, &contact->with));
     if (contact->of == contact->with)
       return kith_config_fail(kith_config_child(child, "with"), NULL, "contacts are between two materials");
   }
