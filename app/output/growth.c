@@ -33,7 +33,7 @@ bool kith_growth_due(const struct kith_growth *g, double time) {
 }
 
 kith_status kith_growth_add(struct kith_growth *g, uint64_t step, double time, double amplitude) {
-  g->next = next_after(g, time);
+  g->next = next_after(g, time), g->sampled = true;
   if (g->log.file == NULL) return KITH_OK;
   fprintf(g->log.file, "%" PRIu64 ",%.9g,%.9g", step, time, amplitude);
   return kith_csv_log_row(&g->log);
@@ -44,7 +44,7 @@ kith_status kith_growth_draw(struct kith_growth *g, const char *directory, doubl
   const double rate = g->scene->measure.rate;
   struct kith_figure figure;
   char title[256], entries[256];
-  if (g->log.file == NULL || !(first > 0)) return KITH_OK;
+  if (g->log.file == NULL || !g->sampled || !(first > 0)) return KITH_OK;
   KITH_TRY(kith_csv_log_close(&g->log)); /* gnuplot reads it now */
   snprintf(title, sizeof title, "%.150s    %d-D,  resolution %.4g", g->scene->name, NDIM,
            g->scene->resolution);

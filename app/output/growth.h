@@ -11,6 +11,7 @@ struct kith_growth {
   enum kith_measure measure;
   struct kith_csv_log log; /* on rank 0 */
   double every, next;
+  bool sampled; /* by this process */
 };
 
 /* Opens the table. BAD_FILE as in history.h. */
@@ -20,7 +21,8 @@ kith_status kith_growth_open(struct kith_growth *growth, const char *directory,
 bool kith_growth_due(const struct kith_growth *growth, double time);
 /* Appends a row. Called on all ranks; amplitude: of rank 0. */
 kith_status kith_growth_add(struct kith_growth *growth, uint64_t step, double time, double amplitude);
-/* Draws the picture. first: amplitude at the start, which grows as cosh(rate t). */
+/* Draws the picture, if this process has added a row. first: amplitude at the start, which grows as
+ * cosh(rate t). */
 kith_status kith_growth_draw(struct kith_growth *growth, const char *directory, double first);
 
 #endif

@@ -24,6 +24,11 @@ run -o parts --steps 20 --set output.checkpoint_at_end=true
 run -o parts --restart parts/checkpoint.kith --set output.checkpoint_at_end=true
 same whole/growth.csv parts/growth.csv
 
+# ---- a restart that makes no step, in another directory, has no samples to draw
+if command -v gnuplot >/dev/null; then
+  run -o elsewhere --restart parts/checkpoint.kith --set measure.rate=
+fi
+
 # ---- a mode that shrinks has no rate
 ok "$kith" run "$inputs/rayleigh-taylor.yaml" --quiet -o shrinks --set dimension=2 --set resolution=24 \
   --set output.plot=false
