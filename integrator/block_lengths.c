@@ -46,7 +46,7 @@ static double longest_cfl(const struct kith_integrator *it) {
 static double random_of(const struct kith_integrator *it, kith_index i, double salt) {
   const struct kith_blocks *b = kith_blocks_of(it);
   const uint64_t x = b->settings.seed + (uint64_t)it->nodes->id->i64[i] * UINT64_C(0x9e3779b97f4a7c15) +
-                     (uint64_t)(b->steps.now + salt) * UINT64_C(0xd1342543de82ef95) +
+                     (uint64_t)(4 * b->steps.now + salt) * UINT64_C(0xd1342543de82ef95) +
                      it->step * UINT64_C(0x2545f4914f6cdd1d);
   return (double)(kith_mixed_bits(x) >> 11) / 9007199254740992.0;
 }
@@ -58,7 +58,7 @@ static double limit_of(const struct kith_integrator *it, kith_index i) {
   const double limit =
       it->fixed_dt > 0 ? INFINITY : kith_package_limit_of_node(it->package, i, longest_cfl(it)).dt;
   if (b->settings.seed == 0) return limit;
-  return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 0.25));
+  return KITH_MIN(limit, it->fixed_dt > 0 ? it->fixed_dt : INFINITY) * exp2(-5 * random_of(it, i, 1));
 }
 
 /* Returns the largest mass of the nodes that boundaries of this rank have taken out of the run: these push
@@ -269,7 +269,7 @@ void kith_blocks_wake(struct kith_integrator *it, kith_index i) {
   const struct kith_rows *rows = &it->connectivity->rows;
   const double step = b->steps.step->f64[i];
   kith_blocks_wake_by_limit(it, i);
-  if (b->settings.seed != 0 && random_of(it, i, 0.5) < 0.1) wake_in(b, i, aligned(b->steps.now));
+  if (b->settings.seed != 0 && random_of(it, i, 2) < 0.1) wake_in(b, i, aligned(b->steps.now));
   if (b->steps.last->f64[i] == b->steps.now) return;
   double finest = INFINITY;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {

@@ -157,8 +157,25 @@ static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
   return status;
 }
 
+/* Sets the velocity of what nodes might meet, from the totals at the start. */
+static void set_rest_velocity(struct kith_integrator *it, const struct kith_totals *first) {
+  double *const velocity = it->hydro->rest_velocity;
+  const bool held = kith_boundaries_held(it->boundaries) != NULL || it->package->barrier != NULL;
+  for (int a = 0; a < NDIM; ++a)
+    velocity[a] = !held && first->mass > 0 ? first->momentum[a] / first->mass : 0;
+  for (int k = 0; k < it->boundaries->n; ++k) {
+    const struct kith_boundary *b = it->boundaries->boundary[k];
+    if (b->ops->mirrors || b->ops->face_velocity != NULL)
+      velocity[b->axis] = kith_boundary_face_velocity(b->ops, b->settings);
+  }
+}
+
 kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "start");
+  if (it->step == 0) {
+    const struct kith_totals first = kith_hydro_totals(it->hydro);
+    set_rest_velocity(it, &first);
+  }
   kith_field_copy(it->nodes, it->kick.velocity_base, it->hydro->velocity);
   kith_field_copy(it->nodes, it->energy_base, it->hydro->energy);
   it->kick.time = it->kick.lead = it->kick.evaluation_dt = 0;
@@ -181,8 +198,9 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-kith_status kith_integrator_resume(struct kith_integrator *it) {
+kith_status kith_integrator_resume(struct kith_integrator *it, const struct kith_totals *first) {
   it->clock = it->time;
+  set_rest_velocity(it, first);
   if (!kith_rebuilds_lasting(it->rebuilds))
     return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due in every step, but not as first_build */
   /* Overwrites both fields, which no node that sleeps needs: a window takes no lists that last. */

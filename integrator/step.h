@@ -11,8 +11,8 @@
  * and between steps when the state has been changed, for nothing of an earlier evaluation is used then. */
 kith_status kith_integrator_start(struct kith_integrator *integrator);
 /* Rebuilds the lists of a restarted run, bitwise identical. Fields, time, step, dt, the kick's time and the
- * time-step limit are restored by the caller. */
-kith_status kith_integrator_resume(struct kith_integrator *integrator);
+ * time-step limit are restored by the caller. first: the totals at the start of the run. */
+kith_status kith_integrator_resume(struct kith_integrator *integrator, const struct kith_totals *first);
 /* Takes one step, not beyond `until`. DIVERGED if the state leaves the physical range or the step collapses;
  * STALE where the lists may miss pairs and no policy rebuilds them. */
 kith_status kith_integrator_step(struct kith_integrator *integrator, double until);

@@ -92,12 +92,28 @@ const char *kith_limit_name(enum kith_limit limit) {
   return names[limit];
 }
 
+/* A node moves no farther in a step than this many times cfl h, relative to gas and walls that it might meet.
+ * The signal has partners only, and cold gas that flew at a wall, or at other gas, was in the midst of it a
+ * step later. Of 800 runs in which two bodies of gas collide at Mach 3 to 1000 (1-D to 3-D, all packages,
+ * global and block steps) 218 stopped without this limit, 3 with 2, none with 1.5. */
+static const double farthest = 1.5;
+
+/* Returns the square of the velocity of node i relative to what it might meet. */
+static double speed2(const struct kith_hydro *hydro, kith_index i) {
+  double sum = 0;
+  for (size_t a = 0; a < NDIM; ++a) {
+    const double v = hydro->velocity->f64[(size_t)i * NDIM + a] - hydro->rest_velocity[a];
+    sum += v * v;
+  }
+  return sum;
+}
+
 struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package *package, kith_index i,
                                                       double cfl) {
   const struct kith_hydro *hydro = package->hydro;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
   const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM),
-               divergence = fabs(package->velocity_divergence->f64[i]);
+               divergence = fabs(package->velocity_divergence->f64[i]), speed = sqrt(speed2(hydro, i));
   const double u = hydro->energy->f64[i], cooling = -hydro->energy_rate->f64[i];
   struct kith_timestep_limit timestep_limit = {cfl * h / package->signal->f64[i], hydro->nodes->id->i64[i],
                                                KITH_LIMIT_courant};
@@ -105,6 +121,8 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
     timestep_limit.dt = 0.8 * cfl * sqrt(h / a), timestep_limit.reason = KITH_LIMIT_acceleration;
   if (cfl / divergence < timestep_limit.dt)
     timestep_limit.dt = cfl / divergence, timestep_limit.reason = KITH_LIMIT_compression;
+  if (farthest * cfl * h / speed < timestep_limit.dt)
+    timestep_limit.dt = farthest * cfl * h / speed, timestep_limit.reason = KITH_LIMIT_displacement;
   /* Only where the energy has to stay positive: an isothermal gas may lose all of it. */
   const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
   if (limits && u > kith_hydro_energy_round_off(hydro, i) && cooling > 0 &&
@@ -126,6 +144,7 @@ static bool allows_more(const struct kith_package *package, kith_index i, double
   return package->next == NULL && more * package->signal->f64[i] < cfl * h &&
          more * (more * a) < 0.64 * cfl * cfl * h &&
          more * fabs(package->velocity_divergence->f64[i]) < cfl &&
+         more * more * speed2(hydro, i) < farthest * farthest * cfl * cfl * h * h &&
          (u <= 0 || -more * hydro->energy_rate->f64[i] < cfl * u);
 }
 

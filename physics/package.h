@@ -45,6 +45,7 @@ struct kith_package;
   X(courant)               \
   X(acceleration)          \
   X(compression)           \
+  X(displacement)          \
   X(cooling) X(conduction) X(viscosity) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
 enum kith_limit {
 #define X(name) KITH_LIMIT_##name,
@@ -182,8 +183,8 @@ kith_status kith_package_evaluate(struct kith_package *package, struct kith_conn
 struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package *package, kith_index i,
                                                       double cfl);
 /* Return the time step that the present state and rates allow, on this rank or (collective) on all ranks: the
- * least of the Courant condition with h = 2 sigma and the signal speed, acceleration, compression, loss of
- * energy, and the limits of the packages after this one. */
+ * least of the Courant condition with h = 2 sigma and the signal speed, acceleration, compression,
+ * displacement, loss of energy, and the limits of the packages after this one. */
 struct kith_timestep_limit kith_package_limit_of_rank(const struct kith_package *package, double cfl);
 struct kith_timestep_limit kith_package_timestep_limit(const struct kith_package *package, double cfl);
 

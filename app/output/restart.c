@@ -178,10 +178,10 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
 }
 
 /* Makes the neighbor lists as they were; the ledger and the reason of the time step limit continue. */
-static kith_status resume(struct kith_simulation *m, const struct kith_ledger *ledger) {
+static kith_status resume(struct kith_simulation *m, const struct saved *saved) {
   struct kith_integrator *it = &m->integrator;
-  KITH_TRY(kith_integrator_resume(it));
-  it->ledger = kith_ledger_of_rank(ledger, m->nodes->ranks);
+  KITH_TRY(kith_integrator_resume(it, &saved->baseline.totals));
+  it->ledger = kith_ledger_of_rank(&saved->ledger, m->nodes->ranks);
   it->timestep_limit.reason = kith_package_timestep_limit(it->package, it->cfl).reason;
   return KITH_OK;
 }
@@ -213,5 +213,5 @@ kith_status kith_output_restore(struct kith_output *output, const char *path, st
   }
   KITH_TRY(status);
   *baseline = saved.baseline;
-  return resume(m, &saved.ledger);
+  return resume(m, &saved);
 }

@@ -16,7 +16,8 @@
  * With t the cosine between f and v_j - v_i,
  *     e_ij = 1/2 + d t / (2 (|t| + (1 - |t|) (1 - d^2))),   d = (P_j - P_i) / (P_i + P_j + Q_ij):       (7)
  * which is 1/2 + d t / 2 where pressures are alike. Where they jump that would let a node of next to no
- * pressure give (1 - |t|) / 2 of the work of a large one, in 2-D and 3-D, and have a negative energy.
+ * pressure give (1 - |t|) / 2 of the work of a large one, in 2-D and 3-D, and have a negative energy. Nor is
+ * Q in d where a pair is cooled, as may be while it closes in, since D does not point along it.
  * This work is not that of the volumes V. Where the spacing of the nodes changes fast, and linear functions
  * are no guide, the difference is large. So (5) has the weight s in the force, and
  *     f_ij = - P_i V_i^2 / Omega_i grad W(H_i) - P_j V_j^2 / Omega_j grad W(H_j) - V_i V_j Q_ij grad W    (8)
@@ -74,8 +75,9 @@ KITH_INLINE void heat(const double *restrict i, const double *restrict j, double
   }
   const double size = sqrt(force2 * speed2),
                gain = size > 0 ? work / size : -1; /* at rest: about to separate */
-  const double difference = J(CRK_PRESSURE) - i[CRK_PRESSURE];
-  const double jump = fabs(q) > 1e-10 * fabs(difference) ? difference / q : 0;
+  const double difference = J(CRK_PRESSURE) - i[CRK_PRESSURE],
+               sum = work < 0 ? i[CRK_PRESSURE] + J(CRK_PRESSURE) : q;
+  const double jump = fabs(sum) > 1e-10 * fabs(difference) ? difference / sum : 0;
   const double even = KITH_MAX(0, 1 - jump * jump), oblique = 1 - fabs(gain);
   const double share = 0.5 + 0.5 * jump * gain / KITH_MAX(fabs(gain) + oblique * even, DBL_MIN);
   OUT(KITH_HEAT) = share * work;

@@ -16,6 +16,9 @@
  *               the gradient of a kernel sum. It orders nodes, rests on the lattices on which that sum is
  *               largest (`kith plan` names them), and what gives way elsewhere comes to rest. On a line
  *               nothing shears, and W has a tenth less error.
+ *               In a face V_i counts as 16 V_j at most, and V_j likewise. A node that has left the gas has
+ *               its partners at the far edge of its support. The pressure of gas that is 10^4 times as dense
+ *               would press it there, through faces as large as its volume asks for, and throw it away.
  *   integrated  between all nodes whose supports share a node, the integral by its definition:
  *                   A_ij = sum_k V_k (psi_i grad psi_j - psi_j grad psi_i)(x_k), psi_i(x) = W(x - x_i, H_i) /
  *                   s(x), s = sum_l W(x - x_l, H_l)

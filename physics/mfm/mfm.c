@@ -233,6 +233,9 @@ KITH_INLINE void flux(const double *face, const double *restrict i, const double
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (i[MFM_SOUND] + J(MFM_SOUND)) + KITH_MAX(-du, 0.0) : 0;
 }
 
+/* In a face no volume counts as more than this many times that of the partner (faces.h). */
+static const double largest_volume = 16;
+
 KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, const double *restrict i,
                                 const double *restrict j, double *restrict out) {
   double d[NDIM], face[NDIM], of_j[NDIM], r2 = 0;
@@ -241,10 +244,12 @@ KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, 
     d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
     r2 += d[a] * d[a];
   }
-  const double r = sqrt(r2);
+  const double r = sqrt(r2),
+               ratio = kith_pow_dim(i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT)), /* V_j / V_i */
+      share_i = KITH_MIN(1, largest_volume * ratio), share_j = KITH_MIN(1, largest_volume / ratio);
   mfm_one_point_part(kernel, r, d, i[MFM_INVERSE_SUPPORT], i[MFM_CENTRAL], i + MFM_MATRIX, 1, face);
   mfm_one_point_part(kernel, r, d, J(MFM_INVERSE_SUPPORT), J(MFM_CENTRAL), &J(MFM_MATRIX), KITH_STRIDE, of_j);
-  for (int a = 0; a < NDIM; ++a) face[a] += of_j[a];
+  for (int a = 0; a < NDIM; ++a) face[a] = share_i * face[a] + share_j * of_j[a];
   flux(face, i, j, out);
 }
 KITH_FORCE_BLOCKS(pair_one_point, MFM_PACKED_ONE_POINT)

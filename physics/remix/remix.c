@@ -10,9 +10,10 @@
  * from node to node (change: moments.h). REMIX draws it by m0 - 1, which is not 0 beside a contact.
  * With V, the corrected kernels W^R of moments.h and D = grad W^R_ij - grad W^R_ji,
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D                                        (2)
- *     m_i du_i/dt = - sum_j (1/2) V_i V_j (P_i + Q_ij / 2) D . (v_j - v_i) + sum_j K_ij               (3)
- * the work of each node on its own volume. Q is (4) of magma2.c, and K, instead of the diffusion of u and
- * rho, its (5) with the area 2 V_i V_j |grad W|.
+ *     m_i du_i/dt = - sum_j (1/2) V_i V_j (P_i + e Q_ij) D . (v_j - v_i) + sum_j K_ij                 (3)
+ * the work of each node on its own volume. e is 1/2, but P_i / (P_i + P_j) where Q cools a pair, as it may
+ * because D does not point along it: a node without pressure has no heat to give. Q is (4) of magma2.c, and
+ * K, instead of the diffusion of u and rho, its (5) with the area 2 V_i V_j |grad W|.
  *
  * Largest error of the pressure at contacts, 1-D: of equal masses 8 : 1, at rest with 100 nodes and in Sod's
  * tube with 200; of equal spacing, in Sod's tube with 400:
@@ -91,8 +92,9 @@ KITH_INLINE void pair_remix(enum kith_kernel kernel, const void *constants, cons
     growth += 0.5 * d[a] * (J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a]);
   }
   const double evened = c->dissipation * kith_slope_heat(i, j, REMIX_PRESSURE, REMIX_SLOPE, -2 * g * p.r);
-  OUT(KITH_HEAT) = evened - (pi + 0.5 * q) * growth;
-  OUT(KITH_PARTNER_HEAT) = -evened - (pj + 0.5 * q) * growth;
+  const double share = growth > 0 && pi > 0 && pj > 0 ? pi / (pi + pj) : 0.5;
+  OUT(KITH_HEAT) = evened - (pi + share * q) * growth;
+  OUT(KITH_PARTNER_HEAT) = -evened - (pj + (1 - share) * q) * growth;
   OUT(KITH_SIGNAL) = g < 0 ? p.signal : 0;
 }
 

@@ -25,7 +25,7 @@ diverged "a support does not converge" boundaries= method.neighbors=300
 diverged "the time step collapsed to 1e-30" scheme.dt=1e-30
 diverged "the time step collapsed to 1.57415e-23 at time 0: node" "regions.1.velocity=[1e20]"
 diverged "time 0." scheme.dt=0.02 # not in the first step
-diverged "a node in it has search radius" "boundaries.x=[{kind: inflow, depth: 1}, outflow]" \
+diverged "a node in it needs partners up to" "boundaries.x=[{kind: inflow, depth: 1}, outflow]" \
   "regions.0.velocity=[1]" method.neighbors=10 # this message names no node
 
 # The state of gas that will sleep is checked at the start, too: summed densities may be outside of the table.

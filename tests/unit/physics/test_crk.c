@@ -134,7 +134,8 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
         ff += f[a] * f[a], vv += jump * jump, fv += f[a] * jump;
       }
       const double cosine = ff * vv > 0 ? fv / sqrt(ff) / sqrt(vv) : 0;
-      const double d = (t->pressure[j] - t->pressure[i]) / total;
+      const double shared = fv < 0 ? t->pressure[i] + t->pressure[j] : total; /* cooling is not of Q */
+      const double d = (t->pressure[j] - t->pressure[i]) / shared;
       const double steep = fabs(cosine) + (1 - fabs(cosine)) * fmax(0, 1 - d * d); /* 0: no work */
       const double share = 0.5 + (steep > 0 ? d * cosine / (2 * steep) : 0);
       heat += share * fv;

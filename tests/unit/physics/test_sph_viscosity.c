@@ -163,6 +163,9 @@ static void expect_limit(const struct world *w, const char *reason, int node) {
     double dt = fmin(cfl * h / signal[i], 0.8 * cfl * sqrt(h / sqrt(a2)));
     dt = fmin(dt, cfl / fabs(w->package.velocity_divergence->f64[i]));
     const double *v = w->hydro.velocity->f64 + i * NDIM;
+    double flight[NDIM];
+    for (int a = 0; a < NDIM; ++a) flight[a] = v[a] - w->hydro.rest_velocity[a];
+    dt = fmin(dt, 1.5 * cfl * h / kith_norm(flight));
     if (u > 1e-15 * kith_dot(v, v) && loss > 0 && w->nodes->list->u8[i] != 1) /* 1: isothermal */
       dt = fmin(dt, cfl * u / loss);
     if (dt < best) best = dt, who = i;
@@ -188,6 +191,16 @@ static void check_limits(bool compatible) {
     h->energy_rate->f64[i] *= 1e-3, w.package.velocity_divergence->f64[i] *= 1e-3;
   }
   expect_limit(&w, "courant", -1);
+  double mass = 0, momentum[NDIM] = {0};
+  for (int i = 0; i < n; ++i) {
+    mass += h->mass->f64[i];
+    for (int a = 0; a < NDIM; ++a) momentum[a] += h->mass->f64[i] * h->velocity->f64[i * NDIM + a];
+  }
+  for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(h->rest_velocity[a], momentum[a] / mass, 1e-14);
+  const double slow = h->velocity->f64[2 * NDIM];
+  h->velocity->f64[2 * NDIM] = -1e3;
+  expect_limit(&w, "displacement", 2);
+  h->velocity->f64[2 * NDIM] = slow;
   h->acceleration->f64[3 * NDIM + NDIM - 1] = -1e4;
   expect_limit(&w, "acceleration", 3);
   w.package.velocity_divergence->f64[5] = -1e5; /* compression or expansion: the support must follow */
