@@ -28,9 +28,8 @@ struct kith_partitioner_ops {
   const char *needs;       /* the library that is missing in this build; NULL: available */
   double seconds_per_cell; /* of a map, about, for each halving of the ranks; 0: a microsecond or less */
   size_t state_size;       /* bytes of private state at partition->self, initially zero */
-  /* The first map, without weights: writes owner[n]. NULL: `update` without weights makes it, where `owner`
- * is
-   * that of the partition. */
+  /* The first map, without weights: writes owner[n]. NULL: `update` without weights makes it, where
+   * `owner` is that of the partition. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);
   /* The next map: `owner` holds the present one. Weights are positive, of mean 1. NULL: the map never
    * changes. */
