@@ -22,8 +22,7 @@
  *     - {code: SWIFT, version: v1, machine: 2 cores, resolution: 50, cpu_seconds: 3,
  *        norms: {density.l1: 0.1}}
  *
- * A file of sweeps for `kith stress` has `methods`, and `sweeps`, each with scene, dimension and settings,
- * and
+ * A file of sweeps for `kith stress` has `methods` and `sweeps`, each with scene, dimension, settings and
  *
  *     name: cfl-sod
  *     parameter: Courant number              # what is varied
