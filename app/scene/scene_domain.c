@@ -86,10 +86,10 @@ static kith_status check_sides(const struct kith_boundary_ops *lower, const stru
   if (lower == upper && lower->one_side)
     return kith_config_fail(node, NULL, "two %ss; one acts on a side, opposite to an open one", alone);
   if (lower->one_side || upper->one_side)
-    return kith_config_fail(node, NULL,
-                            "a %s opposite to a %s side: it must be open, or what the %s does could not be "
-                            "told from it",
-                            alone, lower->one_side ? upper->name : lower->name, alone);
+    return kith_config_fail(
+        node, NULL,
+        "a %s with %s on the other side: that must be open, or what the %s does could not be told from it",
+        alone, lower->one_side ? upper->name : lower->name, alone);
   if (lower == upper &&
       (side[1].settings == NULL || memcmp(side[0].settings, side[1].settings, lower->settings_size) == 0))
     return KITH_OK;

@@ -337,7 +337,7 @@ static void refusals(void) {
   refused(in, STREAM("1"), "gravity=[-1,0,0]", "not together with an inflow or outflow");
   refused(FACES("inflow", "periodic"), STREAM("1"), "", "periodic on one side only");
   refused(FACES("inflow", "{kind: piston, velocity: 1}"), STREAM("1"), "",
-          "a piston opposite to a inflow side");
+          "a piston with inflow on the other side");
   refused(FACES("{kind: inflow, density: 1}", "outflow"), STREAM("1"), "", "give all, or none");
   refused(FACES("{kind: inflow, density: 1, pressure: 1, energy: 1, velocity: [1, 0, 0]}", "outflow"),
           STREAM("1"), "", "energy: not together with pressure");

@@ -136,9 +136,8 @@ static const struct wrong forces[] = {
      "connectivity: {storage: \"padded:width=9\"}",
      "f:7: connectivity.storage: padded holds no images that are shifts (boundaries.x.images): take csr"},
     {5, "boundaries: {x: [" PISTON ", reflecting]}",
-     "f:5: boundaries.x: a piston opposite to a reflecting side: it must be open, or what the piston does "
-     "could "
-     "not be told from it"},
+     "f:5: boundaries.x: a piston with reflecting on the other side: that must be open, or what the piston "
+     "does could not be told from it"},
     {5, "boundaries: {x: [{kind: piston, velocity: 6}, open]}",
      "f:5: boundaries.x: a piston with velocity 6 is through the domain at time 0.166667, and the run "
      "goes until 0.2"},
