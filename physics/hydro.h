@@ -66,8 +66,9 @@ struct kith_hydro {
   struct kith_halo *halo; /* exchanges values of remote ghosts, borrowed; NULL: one process */
   double center[NDIM];    /* of the angular momentum */
   struct kith_external_force external_force; /* acts on every node */
-  /* Velocity of the gas as a whole at the start; along an axis with a wall, and where nodes are held, that of
-   * these. What moves otherwise may meet something in a step (package.h). */
+  /* Set by the integrator, for the limit of displacements (package.c): the velocity, along each axis, of what
+   * a node might meet. That of a wall on this axis; 0 with frozen nodes or barriers; else the mean velocity
+   * of all gas at the start. */
   double rest_velocity[NDIM];
   double wall[NDIM]; /* velocity of the moving wall along this axis, at most one per axis */
   /* Set by the lifecycle, with several ranks: all internal nodes of all ranks have the same mass. */
