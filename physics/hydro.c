@@ -48,7 +48,7 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
   hydro->through = (struct kith_through){0};
   hydro->outside_force = hydro->outside_power = NULL;
   hydro->equal_masses = false;
-  for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = 0;
+  for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = hydro->rest_velocity[a] = 0;
   return kith_nodes_fields(nodes, table);
 }
 

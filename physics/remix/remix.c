@@ -92,7 +92,7 @@ KITH_INLINE void pair_remix(enum kith_kernel kernel, const void *constants, cons
     growth += 0.5 * d[a] * (J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a]);
   }
   const double evened = c->dissipation * kith_slope_heat(i, j, REMIX_PRESSURE, REMIX_SLOPE, -2 * g * p.r);
-  const double share = growth > 0 && pi > 0 && pj > 0 ? pi / (pi + pj) : 0.5;
+  const double share = growth > 0 && KITH_MIN(pi, pj) >= 0 && pi + pj > 0 ? pi / (pi + pj) : 0.5;
   OUT(KITH_HEAT) = evened - (pi + share * q) * growth;
   OUT(KITH_PARTNER_HEAT) = -evened - (pj + (1 - share) * q) * growth;
   OUT(KITH_SIGNAL) = g < 0 ? p.signal : 0;

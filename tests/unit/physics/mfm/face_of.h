@@ -43,7 +43,9 @@ static inline void face_of(const struct mfm_faces *f, const struct kith_connecti
   }
   one_point_part(f, i, sqrt(r2), d, area);
   one_point_part(f, j, sqrt(r2), d, other);
-  for (int a = 0; a < NDIM; ++a) area[a] += other[a];
+  const double vi = pow(f->nodes->support->f64[i], NDIM), vj = pow(f->nodes->support->f64[j], NDIM);
+  for (int a = 0; a < NDIM; ++a) /* no volume counts as more than 16 of the other */
+    area[a] = fmin(vi, 16 * vj) / vi * area[a] + fmin(vj, 16 * vi) / vj * other[a];
 }
 
 #endif

@@ -176,11 +176,14 @@ static void truth_clear_all(struct mfm_truth *m) {
 
 static const double round_off = 1e-11; /* as for package sph */
 
-static void check_world(const struct form *form, enum side side, const int *cells, uint64_t seed) {
+/* away: by how many lengths of the box a node stands outside of it, alone. */
+static void check_world(const struct form *form, enum side side, const int *cells, double away,
+                        uint64_t seed) {
   struct world w;
   static struct mfm_truth m;
   memset(&m, 0, sizeof m);
   mfm_create(&w, cells, side, 0.3, form, seed);
+  w.nodes->position->f64[0] -= away * w.length[0];
   truth_density(&w, &m.t);
   world_root(&w, &m.t);
   for (int k = 0; k < w.nodes->n_internal * NDIM; ++k)
@@ -211,8 +214,13 @@ static void check_worlds(void) {
                                 (enum kith_kernel)((k + side) % KITH_N_KERNELS)};
       const int *cells = boxes[side != OPEN && (k + side) % 3 == 0];
       if (NDIM == 3 && (k + k / 4 + side) % 2 != 0) continue; /* half of them, to save time */
-      check_world(&form, side, cells, ++seed);
+      check_world(&form, side, cells, 0, ++seed);
     }
+  for (int k = 0; k < 2; ++k) {
+    const struct form form = {MFM_FACES_ONE_POINT, true, k == 0 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
+                              KITH_KERNEL_quintic};
+    check_world(&form, OPEN, boxes[0], 2, ++seed);
+  }
 }
 
 /* Makes all lists an ideal gas at rest, of pressure p + g . x. */
