@@ -100,7 +100,7 @@ static int compare_ids(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-/* Checks that no id is there twice. Each rank has the nodes of a range of ids. */
+/* Checks that ids are not negative, and none is there twice. Each rank has the nodes of a range of ids. */
 static kith_status check_ids(const struct kith_nodes *nodes, const char *path) {
   const size_t n = (size_t)nodes->n_internal;
   int64_t *id = NULL;
@@ -108,10 +108,11 @@ static kith_status check_ids(const struct kith_nodes *nodes, const char *path) {
   if (n > 0) memcpy(id, nodes->id->i64, n * sizeof *id);
   qsort(id, n, sizeof *id, compare_ids);
   kith_status status = KITH_OK;
+  if (n > 0 && id[0] < 0)
+    status = kith_fail(KITH_BAD_FILE, "%s: damaged: a node has the id %lld", path, (long long)id[0]);
   for (size_t k = 1; k < n && status == KITH_OK; ++k)
-    if (id[k] == id[k - 1] || id[0] < 0)
-      status =
-          kith_fail(KITH_BAD_FILE, "%s: damaged: two nodes %lld, or one below 0", path, (long long)id[k]);
+    if (id[k] == id[k - 1])
+      status = kith_fail(KITH_BAD_FILE, "%s: damaged: two nodes have the id %lld", path, (long long)id[k]);
   kith_free(&id);
   return status;
 }

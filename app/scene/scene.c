@@ -214,21 +214,31 @@ static kith_status read_packages(struct kith_scene *scene, const struct kith_con
   return KITH_OK;
 }
 
-/* Refuses keys that mean nothing beside what other parts of the scene say. */
+/* Refuses keys that mean nothing beside what other parts of the scene say, unless these were chosen in a later
+ * layer. */
 static kith_status check_idle(const struct kith_scene *scene) {
   const bool *measured = scene->measure.wanted;
   int spaced = 0; /* regions whose spacing is left to the arrangement */
   for (int k = 0; k < scene->n_regions; ++k) spaced += scene->region[k].spacing == 0;
   const struct {
     bool idle;
-    const char *path, *without;
-  } rows[] = {{!measured[KITH_MEASURE_growth] && !measured[KITH_MEASURE_mcnally], "measure.rate",
-               "growth or mcnally"},
-              {scene->n_probes + scene->n_contacts == 0, "connectivity.storage", "probes or contacts"},
-              {spaced < 2, "arrangement", "two regions without a spacing of their own"}};
+    const char *path, *without, *choice[2];
+  } rows[] = {
+      {!measured[KITH_MEASURE_growth] && !measured[KITH_MEASURE_mcnally],
+       "measure.rate",
+       "growth or mcnally",
+       {"measure.growth", "measure.mcnally"}},
+      {scene->n_probes + scene->n_contacts == 0,
+       "connectivity.storage",
+       "probes or contacts",
+       {"probes", "connectivity.contacts"}},
+      {spaced < 2, "arrangement", "two regions without a spacing of their own", {"regions", "regions"}}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k) {
     const struct kith_config_node *given = kith_config_at(scene->config, rows[k].path);
-    if (rows[k].idle && given != NULL && !given->location.optional)
+    bool older = given == NULL;
+    for (int c = 0; c < 2 && !older; ++c)
+      older = kith_config_is_older(given, kith_config_at(scene->config, rows[k].choice[c]));
+    if (rows[k].idle && !older)
       return kith_config_fail(given, NULL, "means nothing without %s", rows[k].without);
   }
   return KITH_OK;

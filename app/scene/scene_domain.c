@@ -253,6 +253,9 @@ static kith_status read_material(struct kith_scene *scene, const struct kith_con
   if (m == KITH_MAX_LISTS) return kith_config_fail(node, NULL, "more than %d materials", KITH_MAX_LISTS);
   if (strlen(node->key) >= room)
     return kith_config_fail(node, NULL, "a name longer than %zu letters", room - 1);
+  for (const char *c = node->key; *c != '\0'; ++c) /* in tables, and in lists of excluders */
+    if ((unsigned char)*c <= ' ' || strchr(",;:=|\"'/", *c) != NULL)
+      return kith_config_fail(node, NULL, "a name has no spaces and none of , ; : = | \" ' /");
   kith_status status = kith_params_read(kith_materials_params, node->null ? NULL : node, &read);
   const struct kith_eos_ops *eos = kith_eos_find(read.eos.name);
   if (status == KITH_OK && eos->load != NULL) {

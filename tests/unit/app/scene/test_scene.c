@@ -127,6 +127,20 @@ static void reads_overrides(void) {
   kith_scene_destroy(&s);
 }
 
+/* Keys that an override of another key leaves without a meaning are dropped. */
+static void drops_idle_keys(void) {
+  static const char *const overrides[] = {"probes=[]", "measure.growth=false"};
+  struct kith_scene *s;
+  char text[2048];
+  snprintf(text, sizeof text,
+           "%s%sconnectivity: {storage: compressed}\nprobes: [{name: p, at: [0.1, 0.1, 0.1]}]\n", sod,
+           NDIM > 1 ? "measure: {rate: 2, growth: true}\n" : "");
+  for (int k = 0; k < (NDIM > 1 ? 2 : 1); ++k) {
+    CHECK_OK(read_text(&s, text, overrides[k]));
+    kith_scene_destroy(&s);
+  }
+}
+
 /* --- derived exact solutions --- */
 
 #define BASE                                                            \
@@ -413,6 +427,7 @@ int main(void) {
   compares();
   example();
   reads_overrides();
+  drops_idle_keys();
   derives_sedov();
   derives_others();
   derives_gresho();

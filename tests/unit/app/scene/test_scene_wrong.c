@@ -264,6 +264,8 @@ static const struct wrong ranges[] = {
      "f:6: materials.gas.sound_speed: 0 is out of range (0, inf)"},
     {6, "materials: {gas: {}, a-name-that-is-longer-than-any-other: {}}",
      "f:6: materials.a-name-that-is-longer-than-any-other: a name longer than 31 letters"},
+    {6, "materials: {\"gas,air\": {}}",
+     "f:6: materials.gas,air: a name has no spaces and none of , ; : = | \" ' /"},
     {8, "  - {material: gas, density: 0, pressure: 1}", "f:8: regions.0.density: 0 is out of range (0, inf)"},
     {8, "  - {material: gas, density: 1e999, pressure: 1}",
      "f:8: regions.0.density: 1e999 is not a finite number"},
