@@ -214,8 +214,8 @@ static kith_status read_packages(struct kith_scene *scene, const struct kith_con
   return KITH_OK;
 }
 
-/* Refuses keys that mean nothing beside what other parts of the scene say, unless these were chosen in a later
- * layer. */
+/* Refuses keys that mean nothing beside what other parts of the scene say, unless these were chosen in a
+ * later layer. */
 static kith_status check_idle(const struct kith_scene *scene) {
   const bool *measured = scene->measure.wanted;
   int spaced = 0; /* regions whose spacing is left to the arrangement */
