@@ -51,9 +51,7 @@ enum {
 
 struct crk {
   struct crk_moments moments;
-  struct kith_field *omega;         /* of (8) */
-  struct kith_field *curl, *factor; /* NULL without Balsara's factor, which `factor` is */
-  struct kith_field *shear;         /* NULL unless the viscosity is limited */
+  struct kith_viscosity_fields viscosity;
 };
 
 /* --- the pair function --- */
@@ -126,14 +124,14 @@ KITH_FORCE_BLOCKS(pair_crk, CRK_PACKED)
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
-  kith_viscosity_pack(hydro, crk->shear, i, packed);
+  kith_viscosity_pack(hydro, &crk->viscosity, i, packed);
   crk_moments_pack(&crk->moments, i, packed + CRK_KERNEL);
-  packed[CRK_SWITCH] = crk->factor != NULL ? crk->factor->f64[i] : 1;
+  packed[CRK_SWITCH] = kith_viscosity_factor(&crk->viscosity, i);
   packed[CRK_PRESSURE] = hydro->pressure->f64[i];
-  const bool frozen = crk->omega->f64[i] == 0;
+  const bool frozen = crk->moments.omega->f64[i] == 0;
   packed[CRK_SMOOTH] = 1 / (1 + pow(crk->moments.change->f64[i] / steep, 4));
   packed[CRK_VOLUME] = kith_ball() * kith_pow_dim(hydro->nodes->support->f64[i]) / package->neighbors;
-  packed[CRK_RATE] = packed[CRK_VOLUME] / (frozen ? 1 : crk->omega->f64[i]);
+  packed[CRK_RATE] = packed[CRK_VOLUME] / (frozen ? 1 : crk->moments.omega->f64[i]);
 }
 
 static void copy_corrections(const double *restrict i, double *restrict j) {
@@ -163,16 +161,7 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
 static kith_status crk_create(struct kith_package *package) {
   struct crk *crk = package->self;
   const struct crk_settings *settings = package->settings;
-  const bool balsara = kith_viscosity_balsara(&settings->viscosity);
-  const struct kith_field_row fields[] = {
-      {true, KITH_SPEC(SCALAR, WORK, "omega", "grad-h factor Omega"), &crk->omega},
-      {balsara, KITH_SPEC(SCALAR, OWN_WORK, "curl", "|curl v|"), &crk->curl},
-      {balsara, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &crk->factor},
-      {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
-       KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &crk->shear},
-      {0}};
-  KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
-  crk->moments.omega = crk->omega;
+  KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &crk->viscosity));
   return crk_moments_init(&crk->moments, package->hydro->nodes);
 }
 
@@ -180,22 +169,18 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
                                 const struct kith_kick *kick) {
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
-  const struct kith_density_wanted wanted = {.omega = crk->omega, .curl = crk->curl, .shear = crk->shear};
+  const struct crk_moments *m = &crk->moments;
+  const struct crk_settings *settings = package->settings;
+  const struct kith_density_wanted wanted = {
+      .omega = m->omega, .curl = crk->viscosity.curl, .shear = crk->viscosity.shear};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_package_start_refresh(package, 2, (struct kith_field *[]){hydro->nodes->support, hydro->density});
-  KITH_TRY(crk_moments_evaluate(package, &crk->moments, connectivity));
+  KITH_TRY(crk_moments_evaluate(package, m, connectivity));
   kith_hydro_evaluate_eos(hydro);
-  const struct crk_settings *settings = package->settings;
-  const struct crk_moments *m = &crk->moments;
-  struct kith_field *between[10] = {hydro->pressure, hydro->sound_speed, m->a,       m->c,
-                                    m->a_gradient,   m->c_gradient,      crk->omega, m->change};
-  int n = 8;
-  if (crk->shear != NULL) between[n++] = crk->shear;
-  if (crk->factor != NULL) {
-    between[n++] = crk->factor;
-    kith_balsara_factors(package, &settings->viscosity, crk->curl, crk->factor);
-  }
-  return forces(package, connectivity, kick, n, between);
+  struct kith_field *between[10] = {hydro->pressure, hydro->sound_speed, m->a,     m->c,
+                                    m->a_gradient,   m->c_gradient,      m->omega, m->change};
+  kith_balsara_factors(package, &settings->viscosity, &crk->viscosity);
+  return forces(package, connectivity, kick, kith_viscosity_exchanged(&crk->viscosity, 8, between), between);
 }
 
 const struct kith_package_ops kith_package_crk = {

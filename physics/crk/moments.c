@@ -199,6 +199,7 @@ kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_
 
 kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes) {
   const struct kith_field_row fields[] = {
+      {true, KITH_SPEC(SCALAR, WORK, "omega", "grad-h factor Omega"), &moments->omega},
       {true, KITH_SPEC(SCALAR, WORK, "kernel_scale", "A of the corrected kernel"), &moments->a},
       {true, KITH_SPEC(VECTOR, WORK, "kernel_slope", "C"), &moments->c},
       {true, KITH_SPEC(VECTOR, WORK, "kernel_scale_gradient", "dA + C"), &moments->a_gradient},

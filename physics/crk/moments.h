@@ -22,13 +22,13 @@
 #include "physics/passes/viscosity.h"
 
 struct crk_moments {
-  const struct kith_field *omega; /* of density.h; set by the caller */
+  struct kith_field *omega; /* of density.h: filled by the density pass before */
   /* Filled for internal nodes. A, C, dA + C, dC_b / dx_c: */
   struct kith_field *a, *c, *a_gradient, *c_gradient;
   struct kith_field *change; /* of the spacing from node to node, |grad ln H| */
 };
 
-/* Registers the fields that crk_moments_evaluate fills. */
+/* Registers the fields. */
 kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes);
 
 /* Fills the fields of internal nodes from positions, supports and densities of all nodes and ghosts.

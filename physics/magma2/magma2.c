@@ -58,10 +58,9 @@ enum {
 };
 
 struct magma2 {
-  struct kith_field *matrix;        /* M^-1 */
-  struct kith_field *slope;         /* dP/dx; NULL without dissipation of pressures */
-  struct kith_field *curl, *factor; /* NULL without Balsara's factor, which `factor` is */
-  struct kith_field *shear;         /* NULL unless the viscosity is limited */
+  struct kith_field *matrix; /* M^-1 */
+  struct kith_field *slope;  /* dP/dx; NULL without dissipation of pressures */
+  struct kith_viscosity_fields viscosity;
 };
 
 /* What all pairs share. */
@@ -106,9 +105,9 @@ KITH_FORCE_BLOCKS(pair_magma2, MAGMA2_PACKED)
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct magma2 *m = package->self;
-  kith_viscosity_pack(hydro, m->shear, i, packed);
+  kith_viscosity_pack(hydro, &m->viscosity, i, packed);
   packed[MAGMA2_PRESSURE] = hydro->pressure->f64[i];
-  packed[MAGMA2_SWITCH] = m->factor != NULL ? m->factor->f64[i] : 1;
+  packed[MAGMA2_SWITCH] = kith_viscosity_factor(&m->viscosity, i);
   const double h = hydro->nodes->support->f64[i], volume = kith_ball() * kith_pow_dim(h) / package->neighbors;
   const double *matrix = m->matrix->f64 + (size_t)i * KITH_SYMMETRIC_SIZE;
   const bool frozen = matrix[0] == 0; /* no matrix: that of even neighbors is taken */
@@ -130,15 +129,11 @@ static void copy_corrections(const double *restrict i, double *restrict j) {
 static kith_status magma2_create(struct kith_package *package) {
   struct magma2 *m = package->self;
   const struct magma2_settings *settings = package->settings;
-  const bool balsara = kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
       {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &m->matrix},
       {settings->pressure_dissipation > 0, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &m->slope},
-      {balsara, KITH_SPEC(SCALAR, OWN_WORK, "curl", "|curl v|"), &m->curl},
-      {balsara, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &m->factor},
-      {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
-       KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &m->shear},
       {0}};
+  KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &m->viscosity));
   return kith_nodes_fields(package->hydro->nodes, fields);
 }
 
@@ -147,7 +142,8 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
   const struct kith_hydro *hydro = package->hydro;
   const struct magma2 *m = package->self;
   const struct magma2_settings *settings = package->settings;
-  const struct kith_density_wanted wanted = {.matrix = m->matrix, .curl = m->curl, .shear = m->shear};
+  const struct kith_density_wanted wanted = {
+      .matrix = m->matrix, .curl = m->viscosity.curl, .shear = m->viscosity.shear};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure,
@@ -155,13 +151,9 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
   kith_package_start_refresh(package, 4, state);
   if (m->slope != NULL) KITH_TRY(kith_slope(package, connectivity, hydro->pressure, m->matrix, m->slope));
   struct kith_field *between[4] = {m->matrix};
-  int n = 1;
-  if (m->shear != NULL) between[n++] = m->shear;
+  int n = kith_viscosity_exchanged(&m->viscosity, 1, between);
   if (m->slope != NULL) between[n++] = m->slope;
-  if (m->factor != NULL) {
-    between[n++] = m->factor;
-    kith_balsara_factors(package, &settings->viscosity, m->curl, m->factor);
-  }
+  kith_balsara_factors(package, &settings->viscosity, &m->viscosity);
   const struct magma2_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .dissipation = settings->pressure_dissipation};

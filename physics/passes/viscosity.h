@@ -92,6 +92,44 @@ static inline struct kith_viscosity_constants kith_viscosity_constants(
                                            .factored = settings->balsara >= KITH_BALSARA_FACTOR};
 }
 
+/* Do these settings have Balsara's factor? In 1-D there is no shear. */
+static inline bool kith_viscosity_balsara(const struct kith_viscosity_settings *settings) {
+  return NDIM > 1 && settings->name != KITH_VISCOSITY_NONE && settings->balsara != KITH_BALSARA_NONE;
+}
+
+/* The fields of the viscosity; NULL: these settings need none. */
+struct kith_viscosity_fields {
+  struct kith_field *shear; /* of a limited viscosity: the symmetric part of dv_a/dx_b */
+  struct kith_field *curl,
+      *factor; /* |curl v|; what multiplies the viscosity, Balsara's factor or a switch */
+};
+static inline kith_status kith_viscosity_create(const struct kith_package *package,
+                                                const struct kith_viscosity_settings *settings,
+                                                struct kith_viscosity_fields *fields) {
+  const bool switched = settings->name == KITH_VISCOSITY_CULLEN_DEHNEN || kith_viscosity_balsara(settings);
+  const enum kith_role role = package->recompute ? KITH_WORK : KITH_OWN_WORK;
+  return kith_nodes_fields(
+      package->hydro->nodes,
+      (struct kith_field_row[]){
+          {settings->name == KITH_VISCOSITY_LIMITED,
+           KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &fields->shear},
+          {switched, {"curl", KITH_SCALAR, KITH_F64, role, NULL, "|curl v|"}, &fields->curl},
+          {switched, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"),
+           &fields->factor},
+          {0}});
+}
+/* Adds those that ghosts need to the n fields in `exchanged`; returns how many these are then. */
+static inline int kith_viscosity_exchanged(const struct kith_viscosity_fields *fields, int n,
+                                           struct kith_field **exchanged) {
+  if (fields->shear != NULL) exchanged[n++] = fields->shear;
+  if (fields->factor != NULL) exchanged[n++] = fields->factor;
+  return n;
+}
+/* What multiplies the viscosity of node i. */
+static inline double kith_viscosity_factor(const struct kith_viscosity_fields *fields, kith_index i) {
+  return fields->factor != NULL ? fields->factor->f64[i] : 1;
+}
+
 /* The first fields of a packed particle. */
 enum {
   KITH_PACKED_INVERSE = KITH_PACKED_OWN, /* 1 / H */
@@ -100,9 +138,11 @@ enum {
   KITH_PACKED_SHEAR, /* symmetric part of the velocity gradient, upper triangle: x.G.x needs no more */
   KITH_PACKED_VISCOUS = KITH_PACKED_SHEAR + KITH_SYMMETRIC_SIZE
 };
-/* Packs them; without `shear` it is 0. */
-static inline void kith_viscosity_pack(const struct kith_hydro *hydro, const struct kith_field *shear,
-                                       kith_index i, double *restrict packed) {
+/* Packs them; without a shear it is 0. */
+static inline void kith_viscosity_pack(const struct kith_hydro *hydro,
+                                       const struct kith_viscosity_fields *fields, kith_index i,
+                                       double *restrict packed) {
+  const struct kith_field *shear = fields->shear;
   kith_force_pack(hydro, i, packed);
   packed[KITH_PACKED_INVERSE] = 1 / hydro->nodes->support->f64[i];
   packed[KITH_PACKED_DENSITY] = hydro->density->f64[i];
@@ -111,10 +151,6 @@ static inline void kith_viscosity_pack(const struct kith_hydro *hydro, const str
     packed[KITH_PACKED_SHEAR + k] = shear != NULL ? shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
 }
 
-/* Do these settings have Balsara's factor? In 1-D there is no shear. */
-static inline bool kith_viscosity_balsara(const struct kith_viscosity_settings *settings) {
-  return NDIM > 1 && settings->name != KITH_VISCOSITY_NONE && settings->balsara != KITH_BALSARA_NONE;
-}
 /* Balsara's factor of node i (Balsara 1995, JCoPh 121, 357), or its square; 1 without:
  *     (|div v| + e) / (|div v| + |curl v| + e),  e = 1e-3 c / h, h = 2 sigma
  * e is in the numerator, too: what gradients do not see, zigzags and slow noise, keeps its viscosity. With e
@@ -129,16 +165,18 @@ static inline double kith_balsara(const struct kith_package *package,
   const double factor = sum > 0 ? (divergence + e) / sum : 1;
   return settings->balsara == KITH_BALSARA_SQUARED ? factor * factor : factor;
 }
-/* Computes Balsara's factors of all active nodes. */
+/* Sets the factors of all active nodes to Balsara's, if there are any. */
 static inline void kith_balsara_factors(const struct kith_package *package,
                                         const struct kith_viscosity_settings *settings,
-                                        const struct kith_field *curl, struct kith_field *factor) {
+                                        const struct kith_viscosity_fields *fields) {
   const struct kith_nodes *nodes = package->hydro->nodes;
+  if (fields->factor == NULL) return;
 #pragma omp parallel for schedule(static)
   for (kith_index from = 0; from < nodes->n_internal; from += KITH_STRETCH) {
     const kith_index stop = kith_stretch_end(nodes, from, nodes->n_internal);
     for (kith_index i = from; i < stop; ++i)
-      if (kith_node_active(nodes, i)) factor->f64[i] = kith_balsara(package, settings, curl, i);
+      if (kith_node_active(nodes, i))
+        fields->factor->f64[i] = kith_balsara(package, settings, fields->curl, i);
   }
 }
 

@@ -56,9 +56,8 @@ enum {
 struct remix {
   struct crk_moments moments;
   struct kith_field *volume, *expansion; /* state: V (0: not yet known) and div v, when last evaluated */
-  struct kith_field *omega, *matrix, *slope;
-  struct kith_field *curl, *factor; /* NULL without Balsara's factor, which `factor` is */
-  struct kith_field *shear;         /* NULL unless the viscosity is limited */
+  struct kith_field *matrix, *slope;
+  struct kith_viscosity_fields viscosity;
 };
 
 /* What all pairs share. */
@@ -103,9 +102,9 @@ KITH_FORCE_BLOCKS(pair_remix, REMIX_PACKED)
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct remix *remix = package->self;
-  kith_viscosity_pack(hydro, remix->shear, i, packed);
+  kith_viscosity_pack(hydro, &remix->viscosity, i, packed);
   crk_moments_pack(&remix->moments, i, packed + REMIX_KERNEL);
-  packed[REMIX_SWITCH] = remix->factor != NULL ? remix->factor->f64[i] : 1;
+  packed[REMIX_SWITCH] = kith_viscosity_factor(&remix->viscosity, i);
   packed[REMIX_PRESSURE] = hydro->pressure->f64[i];
   packed[REMIX_VOLUME] = hydro->mass->f64[i] / hydro->density->f64[i];
   for (int a = 0; a < NDIM; ++a) packed[REMIX_SLOPE + a] = remix->slope->f64[(size_t)i * NDIM + a];
@@ -118,20 +117,14 @@ static void copy_corrections(const double *restrict i, double *restrict j) {
 static kith_status remix_create(struct kith_package *package) {
   struct remix *remix = package->self;
   const struct remix_settings *settings = package->settings;
-  const bool balsara = kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
       {true, KITH_SPEC(SCALAR, KEPT, "volume", "that follows the flow"), &remix->volume},
       {true, KITH_SPEC(SCALAR, KEPT, "expansion", "div v when the volume was evaluated"), &remix->expansion},
-      {true, KITH_SPEC(SCALAR, WORK, "omega", "grad-h factor Omega"), &remix->omega},
       {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &remix->matrix},
       {true, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &remix->slope},
-      {balsara, KITH_SPEC(SCALAR, OWN_WORK, "curl", "|curl v|"), &remix->curl},
-      {balsara, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &remix->factor},
-      {settings->viscosity.name == KITH_VISCOSITY_LIMITED,
-       KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &remix->shear},
       {0}};
+  KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &remix->viscosity));
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
-  remix->moments.omega = remix->omega;
   return crk_moments_init(&remix->moments, package->hydro->nodes);
 }
 
@@ -175,8 +168,10 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
   const struct remix *remix = package->self;
   const struct crk_moments *m = &remix->moments;
   const struct remix_settings *settings = package->settings;
-  const struct kith_density_wanted wanted = {
-      .omega = remix->omega, .matrix = remix->matrix, .curl = remix->curl, .shear = remix->shear};
+  const struct kith_density_wanted wanted = {.omega = m->omega,
+                                             .matrix = remix->matrix,
+                                             .curl = remix->viscosity.curl,
+                                             .shear = remix->viscosity.shear};
   start_volumes(hydro, remix->volume);
   KITH_TRY(kith_density(package, connectivity, &wanted));
   KITH_TRY(kith_ranks_finish_agree(hydro->nodes->ranks)); /* volumes have a history */
@@ -188,12 +183,8 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
   KITH_TRY(crk_moments_evaluate(package, m, connectivity));
   struct kith_field *between[8] = {hydro->sound_speed, remix->slope, m->a, m->c,
                                    m->a_gradient,      m->c_gradient};
-  int n = 6;
-  if (remix->shear != NULL) between[n++] = remix->shear;
-  if (remix->factor != NULL) {
-    between[n++] = remix->factor;
-    kith_balsara_factors(package, &settings->viscosity, remix->curl, remix->factor);
-  }
+  const int n = kith_viscosity_exchanged(&remix->viscosity, 6, between);
+  kith_balsara_factors(package, &settings->viscosity, &remix->viscosity);
   const struct remix_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .kernel = kith_kernel_constant(package->kernel),

@@ -73,8 +73,9 @@ enum {
 struct sph {
   bool full;      /* particles are packed with all fields */
   bool all_terms; /* pairs have stretched supports, own masses, (7) or (8) */
-  struct kith_field *grad_h_term, *shear, *curl, *compression; /* NULL unless needed; grad_h_term always is */
-  struct kith_field *viscosity_switch, *factor;                /* s of (6), state; s with Balsara's factor */
+  struct kith_field *grad_h_term;
+  struct kith_viscosity_fields viscosity;            /* with s, if there is a switch */
+  struct kith_field *compression, *viscosity_switch; /* d(div v)/dt; s of (6), state. NULL without a switch */
 };
 
 /* What all pairs share. */
@@ -155,12 +156,12 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   const struct kith_hydro *hydro = package->hydro;
   const struct sph *sph = package->self;
   const double density = hydro->density->f64[i], mass = hydro->mass->f64[i];
-  kith_viscosity_pack(hydro, sph->shear, i, packed);
+  kith_viscosity_pack(hydro, &sph->viscosity, i, packed);
   packed[SPH_PSI] = mass * hydro->pressure->f64[i] / (density * density);
   packed[SPH_GRAD_H_TERM] = sph->grad_h_term->f64[i];
   packed[SPH_MASS] = mass;
   if (!sph->full) return;
-  packed[SPH_SWITCH] = sph->factor != NULL ? sph->factor->f64[i] : 1;
+  packed[SPH_SWITCH] = kith_viscosity_factor(&sph->viscosity, i);
   packed[SPH_ENERGY] = hydro->energy->f64[i];
 }
 
@@ -207,24 +208,18 @@ static bool is_stretched(const struct sph_settings *settings) {
 static kith_status sph_create(struct kith_package *package) {
   struct sph *sph = package->self;
   const struct sph_settings *settings = package->settings;
-  const bool limited = settings->viscosity.name == KITH_VISCOSITY_LIMITED;
   const bool rising = settings->viscosity.name == KITH_VISCOSITY_CULLEN_DEHNEN;
-  const bool switched = rising || kith_viscosity_balsara(&settings->viscosity);
   const struct kith_field_row fields[] = {
       {true, KITH_SPEC(SCALAR, WORK, "grad_h_term", "grad-h mass X"), &sph->grad_h_term},
-      {limited, KITH_SPEC(SYMMETRIC, WORK, "shear", "symmetric part of dv_a/dx_b"), &sph->shear},
-      {switched,
-       {"curl", KITH_SCALAR, KITH_F64, package->recompute ? KITH_WORK : KITH_OWN_WORK, NULL, "|curl v|"},
-       &sph->curl},
       {rising, KITH_SPEC(SCALAR, WORK, "compression", "d(div v)/dt"), &sph->compression},
       {rising,
        {"viscosity", KITH_SCALAR, KITH_F64, KITH_KEPT, "Viscosity", "viscosity switch"},
        &sph->viscosity_switch},
-      {switched, KITH_SPEC(SCALAR, WORK, "viscosity_factor", "what multiplies the viscosity"), &sph->factor},
       {0}};
   sph->all_terms = settings->conduction > 0 || settings->pressure_dissipation > 0 || is_stretched(settings) ||
                    settings->density == SPH_DENSITY_NODES;
-  sph->full = switched || sph->all_terms;
+  KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &sph->viscosity));
+  sph->full = sph->viscosity.factor != NULL || sph->all_terms;
   if (is_stretched(settings)) KITH_TRY(kith_nodes_stretch(package->hydro->nodes, settings->stretch));
   if (rising) KITH_TRY(kith_nodes_give_ghosts(package->hydro->nodes, package->hydro->acceleration));
   return kith_nodes_fields(package->hydro->nodes, fields);
@@ -235,7 +230,7 @@ static double viscosity_switch(const struct kith_package *package, double dt, ki
   const struct sph *sph = package->self;
   const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
   const double c = package->hydro->sound_speed->f64[i], divergence = package->velocity_divergence->f64[i];
-  const double d2 = divergence * divergence, curl = sph->curl->f64[i];
+  const double d2 = divergence * divergence, curl = sph->viscosity.curl->f64[i];
   const double rate = divergence < 0 ? fmax(0, -sph->compression->f64[i]) * d2 / (d2 + curl * curl) : 0;
   const double wanted = fmin(1, 10 * h * h * rate / fmax(c * c, 1e-300));
   if (wanted >= s) return wanted;
@@ -252,14 +247,15 @@ static void set_factor(struct kith_package *package, const struct kith_kick *kic
   double factor = 1;
   if (sph->viscosity_switch != NULL)
     factor = sph->viscosity_switch->f64[i] = viscosity_switch(package, dt, i, sph->viscosity_switch->f64[i]);
-  sph->factor->f64[i] = factor * kith_balsara(package, &settings->viscosity, sph->curl, i);
+  sph->viscosity.factor->f64[i] =
+      factor * kith_balsara(package, &settings->viscosity, sph->viscosity.curl, i);
 }
 
 /* Sets the factors of the active nodes among begin .. end - 1. */
 static void set_factors(struct kith_package *package, const struct kith_kick *kick, kith_index begin,
                         kith_index end) {
   const struct kith_nodes *nodes = package->hydro->nodes;
-  if (((const struct sph *)package->self)->factor == NULL) return;
+  if (((const struct sph *)package->self)->viscosity.factor == NULL) return;
 #pragma omp parallel for schedule(static)
   for (kith_index from = begin; from < end; from += KITH_STRETCH) {
     const kith_index stop = kith_stretch_end(nodes, from, end);
@@ -295,8 +291,8 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   const struct sph_settings *settings = package->settings;
   const struct kith_density_wanted wanted = {.grad_h_term = sph->grad_h_term,
                                              .own_masses = settings->density == SPH_DENSITY_NODES,
-                                             .shear = sph->shear,
-                                             .curl = sph->curl,
+                                             .shear = sph->viscosity.shear,
+                                             .curl = sph->viscosity.curl,
                                              .compression = sph->compression};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_evaluate_eos(hydro);
@@ -304,9 +300,7 @@ static kith_status sph_evaluate(struct kith_package *package, struct kith_connec
   set_factors(package, kick, 0, nodes->n_internal);
   struct kith_field *between[7] = {nodes->support, hydro->density, hydro->pressure, hydro->sound_speed,
                                    sph->grad_h_term};
-  int n = 5;
-  if (sph->shear != NULL) between[n++] = sph->shear;
-  if (sph->factor != NULL) between[n++] = sph->factor;
+  const int n = kith_viscosity_exchanged(&sph->viscosity, 5, between);
   if (package->recompute) {
     kith_hydro_evaluate_eos_remote(hydro);
     set_factors(package, kick, kith_nodes_first_remote(nodes), kith_nodes_count(nodes));
