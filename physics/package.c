@@ -44,6 +44,8 @@ kith_status kith_package_init(struct kith_package *package) {
       {0}};
   package->pair_acceleration = package->hydro->acceleration;
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
+  for (int k = 0; k < KITH_ADDED_PACKAGES; ++k)
+    if (kith_added_all()[k] == package->ops) package->limit = (enum kith_limit)(KITH_LIMIT_cooling + 1 + k);
   package->self_weight = kith_kernel_self_weight(package->kernel, package->neighbors);
   if (package->ops->self_size > 0) KITH_TRY(kith_resize(&package->self, 0, 1, package->ops->self_size));
   return package->ops->create != NULL ? package->ops->create(package) : KITH_OK;
@@ -130,7 +132,7 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
     timestep_limit.dt = cfl * u / cooling, timestep_limit.reason = KITH_LIMIT_cooling;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next) {
     const double dt = p->ops->longest_step != NULL ? cfl * p->ops->longest_step(p, i) : INFINITY;
-    if (dt < timestep_limit.dt) timestep_limit.dt = dt, timestep_limit.reason = p->ops->limit;
+    if (dt < timestep_limit.dt) timestep_limit.dt = dt, timestep_limit.reason = p->limit;
   }
   return timestep_limit;
 }

@@ -39,14 +39,15 @@
 
 struct kith_package;
 
-/* Reasons for the length of a step: by the state (package.c), by the integrator, by a scheme. */
+/* Reasons for the length of a step: by the state (package.c), by added packages, by the integrator, by a
+ * scheme. */
 #define KITH_LIMIT_LIST(X) \
   X(nothing)               \
   X(courant)               \
   X(acceleration)          \
   X(compression)           \
   X(displacement)          \
-  X(cooling) X(conduction) X(viscosity) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
+  X(cooling) KITH_ADDED_PACKAGE_LIST(X) X(fixed) X(accuracy) X(growth) X(end) X(convergence)
 enum kith_limit {
 #define X(name) KITH_LIMIT_##name,
   KITH_LIMIT_LIST(X)
@@ -93,7 +94,8 @@ struct kith_package_ops {
   void (*destroy)(struct kith_package *package);
   /* Returns what it requires of the connectivity. NULL: rows, and rows of ghosts if these are recomputed. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
-  /* Computes rates from the state; NULL: it has none. OUTGROWN: a support has to grow beyond the search
+  /* Computes rates from the state, and sets those of all nodes, or as an added package adds to them; NULL: it
+   * has none. OUTGROWN: a support has to grow beyond the search
    * radius of its node; such supports are set to what to try next, and the caller rebuilds the connectivity
    * and calls again. DIVERGED: a support does not converge; it is NaN. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
@@ -107,10 +109,8 @@ struct kith_package_ops {
   /* Fills f_couple (connectivity.h), by which every force and heat of a pair is multiplied, from pairs and
    * intersections that were just built, before culling. Only a package without `evaluate` has it. */
   kith_status (*couple)(struct kith_package *package, struct kith_connectivity *connectivity);
-  /* For a package that adds to the rates: the longest time step at Courant number 1 that node i allows, and
-   * the name of this limit. */
+  /* Of an added package: the longest time step at Courant number 1 that node i allows. NULL: any. */
   double (*longest_step)(const struct kith_package *package, kith_index i);
-  enum kith_limit limit;
 };
 
 enum kith_traversal { KITH_TRAVERSE_PAIRS, KITH_TRAVERSE_GATHER };
@@ -132,7 +132,8 @@ struct kith_package {
   const struct kith_field *barrier; /* U8, 1: the node is a wall (force.h); NULL: there is none */
 
   /* Set by kith_package_init and the passes. */
-  double self_weight;                     /* weight of a node in its own sums: kith_kernel_self_weight */
+  enum kith_limit limit; /* by which an added package shortens a step; of a hydro package `nothing` */
+  double self_weight;    /* weight of a node in its own sums: kith_kernel_self_weight */
   struct kith_field *energy_correction;   /* if the energy is compatible */
   struct kith_field *pair_acceleration;   /* is hydro->acceleration unless there is an external force */
   struct kith_field *velocity_divergence; /* div v; supports are predicted by it */

@@ -56,6 +56,5 @@ const struct kith_package_ops kith_package_conduction = {
     .create = kith_diffusion_create,
     .evaluate = evaluate,
     .longest_step = longest_step,
-    .limit = KITH_LIMIT_conduction,
     KITH_SETTINGS(params, conduction_settings),
 };

@@ -325,7 +325,7 @@ KITH_INLINE void store_blocks(const struct kith_force_pass *pass, kith_index i, 
   const struct kith_hydro *hydro = package->hydro;
   const size_t at = (size_t)i * NDIM;
   const double mass = hydro->mass->f64[i];
-  const bool adds = package->ops->longest_step != NULL, active = kith_node_active(hydro->nodes, i);
+  const bool adds = pass->adds, active = kith_node_active(hydro->nodes, i);
   double *all = hydro->acceleration->f64 + at, *pairs = package->pair_acceleration->f64 + at;
   double *impulse = b->impulse->f64 + at, *opening = b->opening->f64 + at;
   for (int a = 0; a < NDIM; ++a) {
@@ -359,7 +359,7 @@ KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const s
   const double mass = hydro->mass->f64[i], *restrict velocity = hydro->velocity->f64 + at,
                *restrict base = pass->kick->velocity_base->f64 + at;
   double *all = hydro->acceleration->f64 + at, *pairs = package->pair_acceleration->f64 + at, correction = 0;
-  const bool adds = package->ops->longest_step != NULL, external = pairs != all;
+  const bool adds = pass->adds, external = pairs != all;
   for (int a = 0; a < NDIM; ++a) {
     if (!adds && external) all[a] -= pairs[a];
     pairs[a] = adds ? pairs[a] + sums->force[a] / mass : sums->force[a] / mass;
@@ -511,6 +511,7 @@ kith_status kith_force(struct kith_force_pass *pass) {
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   pass->flag = hydro->outside_force != NULL ? nodes->flag->u8 : NULL;
   pass->f_couple = kith_connectivity_factors(&pass->connectivity->pairs);
+  pass->adds = package->limit != KITH_LIMIT_nothing;
   pass->is_last = true;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)
     pass->is_last = pass->is_last && p->ops->evaluate == NULL;

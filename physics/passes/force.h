@@ -88,6 +88,7 @@ struct kith_force_pass {
   const uint8_t *flag;    /* [nodes] flags (nodes.h); NULL: not needed */
   const double *f_couple; /* [pairs] or NULL: 1 for all */
   int lanes;              /* lanes of scratch, without what the nodes of a tile are given */
+  bool adds;              /* of an added package: its rates are added to those of the packages before */
   bool is_last;           /* last package to evaluate: it completes what (1) of package.h needs */
 };
 

@@ -60,6 +60,5 @@ const struct kith_package_ops kith_package_viscosity = {
     .create = kith_diffusion_create,
     .evaluate = evaluate,
     .longest_step = longest_step,
-    .limit = KITH_LIMIT_viscosity,
     KITH_SETTINGS(params, viscosity_settings),
 };
