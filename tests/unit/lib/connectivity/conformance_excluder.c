@@ -29,6 +29,34 @@ static size_t pairs_left_by(const struct kith_nodes *nodes, const char *words) {
   return pairs;
 }
 
+/* Each member: rejects i, j and j, i alike, or one of both if it halves; and what it rejects is in no list. */
+static void check_members(void) {
+  static const char *const settings[][2] = {{"connected", ":field=body"}, {"materials", ":of=gas and=dust"}};
+  const struct kith_bonds bonds = {2, (const int64_t[][2]){{3, 4}, {7, 5}}};
+  struct kith_nodes *nodes = tagged_nodes();
+  const struct kith_selection set = {.nodes = nodes};
+  for (const struct kith_excluder_ops *const *ops = kith_excluder_all(); *ops != NULL; ++ops) {
+    struct kith_excluders chain;
+    char words[100];
+    snprintf(words, sizeof words, "%s", (*ops)->name);
+    for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
+      if (strcmp(words, settings[k][0]) == 0) strcat(words, settings[k][1]);
+    CHECK_OK(kith_excluders_create(&chain, words));
+    chain.excluder[0].context = &bonds; /* others do not look at it */
+    CHECK_OK(kith_excluder_setup(chain.excluder, &set, &set));
+    for (kith_index i = 0; i < nodes->n_internal; ++i)
+      for (kith_index j = 0; j < i; ++j) {
+        const struct kith_candidate there = {&set, &set, i, j, 0}, back = {&set, &set, j, i, 0};
+        const bool one = (*ops)->reject(chain.excluder, &there),
+                   other = (*ops)->reject(chain.excluder, &back);
+        CHECK((*ops)->halves ? one != other : one == other);
+      }
+    if (!(*ops)->self && !(*ops)->halves) oracle_conforms(nodes, chain.excluder);
+    kith_excluders_clear(&chain);
+  }
+  kith_nodes_destroy(&nodes);
+}
+
 /* Excluders that a scene may name, on pairs whose tags are known. */
 static void check_scene_words(void) {
   struct kith_nodes *nodes = tagged_nodes();
@@ -177,6 +205,7 @@ static void check_refused(void) {
 }
 
 int main(void) {
+  check_members();
   check_scene_words();
   check_materials_of_two();
   check_bonds();
