@@ -80,7 +80,10 @@ static inline double kith_fourth_(double a) {
 /* Computes w(q) and g(q). With a compile-time constant `k` the switch vanishes and loops vectorize. */
 KITH_INLINE void kith_kernel_value(enum kith_kernel k, double q, double *w, double *g) {
   const double a = KITH_MAX(1 - q, 0.0);
-  switch (k) {
+  *w = *g = NAN;
+  switch (k) { /* without a default: the compiler warns of a kernel that is not here */
+    case KITH_N_KERNELS:
+      return;
     case KITH_KERNEL_cubic: {
       const double b = KITH_MAX(0.5 - q, 0.0);
       *w = kith_cube_(a) - 4 * kith_cube_(b);
@@ -108,8 +111,7 @@ KITH_INLINE void kith_kernel_value(enum kith_kernel k, double q, double *w, doub
                      : a * a * kith_fourth_(a) * (1 + q * (6 + 35. / 3 * q));
       *g = NDIM == 1 ? -14 * kith_fourth_(a) * (1 + 4 * q) : -56. / 3 * a * kith_fourth_(a) * (1 + 5 * q);
       return;
-    case KITH_KERNEL_wendland_c6:
-    default: {
+    case KITH_KERNEL_wendland_c6: {
       const double a4 = kith_fourth_(a);
       *w = NDIM == 1 ? kith_cube_(a) * a4 * (1 + q * (7 + q * (19 + 21 * q)))
                      : a4 * a4 * (1 + q * (8 + q * (25 + 32 * q)));

@@ -44,10 +44,9 @@ static void check(const char *settings) {
 }
 
 int main(void) {
-  static const char *const packages[] = {"sph", "crk", "mfm", "magma2", "remix"};
   char text[128];
-  for (int k = 0; k < 5; ++k) {
-    snprintf(text, sizeof text, "method.package=%s", packages[k]);
+  for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
+    snprintf(text, sizeof text, "method.package=%s", (*p)->name);
     check(text);
   }
   check("method.package=sph boundaries.x=reflecting");
