@@ -29,7 +29,7 @@ static size_t pairs_left_by(const struct kith_nodes *nodes, const char *words) {
   return pairs;
 }
 
-/* Each member: rejects i, j and j, i alike, or one of both if it halves; and what it rejects is in no list. */
+/* Each member rejects i, j and j, i alike, or one of both if it halves; what it rejects is in no list. */
 static void check_members(void) {
   static const char *const settings[][2] = {{"connected", ":field=body"}, {"materials", ":of=gas and=dust"}};
   const struct kith_bonds bonds = {2, (const int64_t[][2]){{3, 4}, {7, 5}}};

@@ -81,8 +81,8 @@ static bool fires_or_stops(struct kith_rebuilds *r, const struct kith_nodes *nod
   return status == KITH_OK ? reason != KITH_BECAUSE_none : status == KITH_STALE && !covers;
 }
 
-/* When the lists may miss a pair a policy rebuilds them, or the check stops the run; those that let lists last
- * do neither earlier. */
+/* When the lists may miss a pair a policy rebuilds them, or the check stops the run; policies that let lists
+ * last do neither earlier. */
 static void check_stale(const char *words) {
   struct kith_nodes *nodes = two_lists();
   struct kith_rebuilds r;
