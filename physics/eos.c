@@ -36,7 +36,8 @@ const char *kith_material_outside(const struct kith_material *material, double d
   /* The last evaluation may have been of a predicted state that the node never reaches: evaluate this one. */
   if (pressure < 0 && sound_speed == 0)
     kith_material_state(material, 1, &density, &energy, &pressure, &sound_speed);
-  if (pressure < 0 && sound_speed == 0) return "it is torn: its tension is beyond its equation of state";
+  if (pressure < 0 && sound_speed == 0)
+    return "it is torn: its tension is beyond its equation of state; tension: cut has none";
   const bool torn = material->cut && pressure == 0;
   return eos->outside != NULL && !torn ? eos->outside(material->settings, density, energy) : NULL;
 }

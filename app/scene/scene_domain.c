@@ -192,7 +192,8 @@ kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_co
 const struct kith_param kith_potential_params[] = {
     {"center", KITH_PARAM_VECTOR, "[0, 0, 0]", "", "where the point is", IN(center), .needs = "mass!=0"},
     {"mass", KITH_PARAM_NUMBER, "0", "[0, inf)", "G M: the acceleration is G M / d^2; 0: none", IN(mass)},
-    {"softening", KITH_PARAM_NUMBER, "0", "[0, inf)", "s: d^2 + s^2 instead of d^2 (Plummer)", IN(softening),
+    {"softening", KITH_PARAM_NUMBER, "0", "[0, inf)",
+     "s: d^2 + s^2 instead of d^2 (Plummer); at least a spacing, if gas comes near the point", IN(softening),
      .needs = "mass!=0"},
     {0}};
 #undef IN

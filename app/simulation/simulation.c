@@ -459,6 +459,16 @@ static void warn_of_courant(const struct kith_simulation *m) {
             m->integrator.cfl, ops->stable_cfl, ops->name);
 }
 
+static void warn_of_point(const struct kith_scene *scene) {
+  const double spacing = 1 / scene->resolution, softening = scene->external_force.softening;
+  if (scene->external_force.mass > 0 && softening < spacing)
+    fprintf(
+        stderr,
+        "kith: warning: potential.softening: %g is less than a spacing, %.3g: the energy of gas that comes "
+        "so near to the point is wrong\n",
+        softening, spacing);
+}
+
 static void warn_of_neighbors(const struct kith_package *p) {
   const double most = kith_kernel_most_neighbors(p->kernel);
   if (p->neighbors <= most) return;
@@ -473,6 +483,7 @@ void kith_simulation_warn(const struct kith_simulation *m) {
   warn_of_mirrors(m->scene);
   warn_of_materials(m->scene);
   warn_of_deposits(m->scene);
+  warn_of_point(m->scene);
   warn_of_courant(m);
   warn_of_neighbors(&m->package);
 }

@@ -95,6 +95,10 @@ done
 [[ $(<stderr) == "kith: warning: materials.lead: no region is of this material" ]] ||
   wrong "plan warned: $(<stderr)"
 
+"$kith" plan tiny.yaml --set 'boundaries={}' --set 'potential={mass: 1, softening: 0.01}' >stdout 2>stderr
+[[ $(<stderr) == "kith: warning: potential.softening: 0.01 is less than a spacing, "* ]] ||
+  wrong "plan warned: $(<stderr)"
+
 # A Courant number that is too large for the package.
 "$kith" plan tiny.yaml --set method.package=mfm --set scheme.cfl=0.5 >stdout 2>stderr ||
   wrong "plan stopped at a large Courant number"
