@@ -149,8 +149,9 @@ void kith_predict(struct kith_integrator *it, double drift, double dt, double la
 #pragma omp simd
     for (kith_index i = from; i < end; ++i) u0[i] = u[i];
     kick_by_rates(it, dt, from, end);
+    if (last == NULL) continue;
 #pragma omp simd
-    for (kith_index i = from; i < (last != NULL ? end : from); ++i) {
+    for (kith_index i = from; i < end; ++i) {
       u[i] += more * (rate[i] - last[i]);
       last[i] = rate[i];
     }

@@ -107,23 +107,20 @@ bool kith_window_meets(struct kith_integrator *it) {
 double kith_window_at_rest(const struct kith_integrator *it, double dt) {
   const kith_index n = it->nodes->n_internal;
   const double *x = it->nodes->position->f64;
-  double lower[NDIM], upper[NDIM], fastest = 0;
+  double fastest = 0;
   kith_index unreached = 0;
-  for (int a = 0; a < NDIM; ++a) lower[a] = INFINITY, upper[a] = -INFINITY;
+  struct kith_box disturbed = kith_box_empty();
   for (kith_index i = 0; i < n; ++i) {
     if (!is_disturbed(it, i)) continue;
     fastest = fmax(fastest,
                    kith_norm(it->hydro->velocity->f64 + (size_t)i * NDIM) + it->hydro->sound_speed->f64[i]);
-    for (int a = 0; a < NDIM; ++a) {
-      lower[a] = fmin(lower[a], x[(size_t)i * NDIM + a]);
-      upper[a] = fmax(upper[a], x[(size_t)i * NDIM + a]);
-    }
+    kith_box_include(&disturbed, x + (size_t)i * NDIM);
   }
   for (kith_index i = 0; i < n; ++i) {
     bool outside = false;
     for (int a = 0; a < NDIM; ++a)
-      outside = outside || x[(size_t)i * NDIM + a] < lower[a] - 2 * fastest * dt ||
-                x[(size_t)i * NDIM + a] > upper[a] + 2 * fastest * dt;
+      outside = outside || x[(size_t)i * NDIM + a] < disturbed.lower[a] - 2 * fastest * dt ||
+                x[(size_t)i * NDIM + a] > disturbed.upper[a] + 2 * fastest * dt;
     unreached += outside;
   }
   return n > 0 ? (double)unreached / n : 0;

@@ -166,7 +166,7 @@ static void print_help(const struct kith_verb *verb) {
          verb == NULL || verb->argument[0] != '\0' ? " " : "", verb != NULL ? verb->argument : "[ARGUMENT]");
   if (verb != NULL) {
     char lines[1024], *rest = lines;
-    snprintf(lines, sizeof lines, "%s", details[verb - verbs]);
+    snprintf(lines, sizeof lines, "%s", details[verb - verbs] != NULL ? details[verb - verbs] : "");
     printf("%s\n\n", verb->doc);
     for (const char *line; (line = strsep(&rest, "\n")) != NULL;)
       if (line[0] == ' ')

@@ -26,6 +26,7 @@ static void mark_stale(struct kith_search *search) {
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
                                const struct kith_nodes *nodes) {
   *out = NULL;
+  if (ops == NULL) KITH_FAIL(BAD_INPUT, "there is no such neighbor search");
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
   struct kith_search *search = *out;
   search->ops = ops;

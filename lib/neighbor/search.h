@@ -141,6 +141,7 @@ KITH_SEARCH_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_search);
 
+/* BAD_INPUT if ops is NULL, as kith_search_find gives for a name that it does not know. */
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
                                const struct kith_nodes *nodes);
 void kith_search_destroy(struct kith_search **search);

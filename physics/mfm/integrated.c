@@ -54,7 +54,19 @@ KITH_INLINE void partition_chunk(enum kith_kernel kernel, const struct pass *pas
   }
 }
 
-/* Lists the holders of k and their values. */
+/* Lists j, whose support holds k at the distance d, as holder `at` of k. */
+KITH_INLINE void add_holder(enum kith_kernel kernel, const struct mfm_faces *f, kith_index k, kith_index j,
+                            double r2, const double *restrict d, size_t at) {
+  const double h = f->nodes->support->f64[j], c = f->quadrature->f64[k] * height(f, h);
+  double w, g, *value = f->value + at * KITH_LANES;
+  kith_kernel_value(kernel, sqrt(r2) / h, &w, &g);
+  f->holders.node[at] = j;
+  memset(value, 0, KITH_LANES * sizeof *value);
+  value[0] = c * w;
+  for (int a = 0; a < NDIM; ++a) value[1 + a] = -c * g * d[a] / (h * h);
+}
+
+/* Lists the holders of k and their values: k itself, then those of its row. */
 KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass, kith_index begin,
                                kith_index end, struct kith_scratch *s) {
   (void)s;
@@ -64,21 +76,15 @@ KITH_INLINE void holders_chunk(enum kith_kernel kernel, const struct pass *pass,
   for (kith_index k = begin; k < end; ++k) {
     size_t at = f->holders.first[k];
     if (f->holders.first[k + 1] == at) continue;
-    const double scale = f->quadrature->f64[k];
-    for (size_t e = rows->first[k] - 1; e + 1 <= rows->first[k + 1]; ++e) { /* k first, then its row */
-      const bool self = e + 1 == rows->first[k];
-      const kith_index j = self ? k : rows->node[e];
-      double w, g, d[NDIM] = {0};
-      const double r2 = self ? 0 : kith_entry_separation(f->nodes, rows, k, e, d);
+    double d[NDIM] = {0};
+    if (rows->shift != NULL) f->holders.shift[at] = (uint16_t)rows->zero;
+    add_holder(kernel, f, k, k, 0, d, at++);
+    for (size_t e = rows->first[k]; e < rows->first[k + 1]; ++e) {
+      const kith_index j = rows->node[e];
+      const double r2 = kith_entry_separation(f->nodes, rows, k, e, d);
       if (!(r2 < h[j] * h[j])) continue;
-      kith_kernel_value(kernel, sqrt(r2) / h[j], &w, &g);
-      const double c = scale * height(f, h[j]);
-      double *value = f->value + at * KITH_LANES;
-      if (rows->shift != NULL) f->holders.shift[at] = self ? (uint16_t)rows->zero : rows->shift[e];
-      f->holders.node[at++] = j;
-      memset(value, 0, KITH_LANES * sizeof *value);
-      value[0] = c * w;
-      for (int a = 0; a < NDIM; ++a) value[1 + a] = -c * g * d[a] / (h[j] * h[j]);
+      if (rows->shift != NULL) f->holders.shift[at] = rows->shift[e];
+      add_holder(kernel, f, k, j, r2, d, at++);
     }
   }
 }

@@ -30,9 +30,9 @@ expect 1 \
 expect 1 "does not find its neighbors" $mpirun -n 3 $run --set boundaries.x=periodic --set resolution=10 \
   --set connectivity.exclude=materials:of=gas
 # Errors that all ranks find at the same time.
-expect 1 "policy never does not rebuild the lists" $mpirun -n 3 $run --set connectivity.rebuild=never \
+expect 1 "no policy rebuilds the lists in time" $mpirun -n 3 $run --set connectivity.rebuild=never \
   --set connectivity.skin=0.01
-expect 1 "does not rebuild the lists" $mpirun -n 3 $run --set connectivity.rebuild=never \
+expect 1 "no policy rebuilds the lists in time" $mpirun -n 3 $run --set connectivity.rebuild=never \
   --set connectivity.skin=0.01 --set scheme.name=rk2
 $program run $scene --set output.plot=false -q -o "$out/first" --overwrite --steps 2 \
   --set output.checkpoint_at_end=true > "$out/out" 2>&1

@@ -71,8 +71,8 @@ kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const stru
       nodes->ranks,
       kith_fail(
           KITH_STALE,
-          "%s, and policy %s does not rebuild the lists: choose displacement or always, or a larger skin",
-          why, rebuilds->policy[0].ops->name));
+          "%s, and no policy rebuilds the lists in time: choose displacement or always, or a larger skin",
+          why));
 }
 
 enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebuilds) {

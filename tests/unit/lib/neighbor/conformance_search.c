@@ -342,6 +342,9 @@ static void test_runs(void) {
 }
 
 static void test_family(void) {
+  struct kith_search *search;
+  CHECK_STATUS(KITH_BAD_INPUT, kith_search_create(&search, kith_search_find("octree"), NULL));
+  CHECK(search == NULL);
   for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops)
     CHECK(kith_search_find((*ops)->name) == *ops && (*ops)->doc[0] != 0);
   CHECK(kith_search_find("oracle") == NULL);
