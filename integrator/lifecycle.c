@@ -286,10 +286,13 @@ static void mark_touched(const struct kith_integrator *it) {
   }
 }
 
-/* What ranks reduce before nodes move and ghosts are made: largest values, then sums. */
+/* What ranks reduce before nodes move and ghosts are made. Largest values: search radius, distance outside of
+ * a cell, mass, minus the mass. Sums: nodes that leave their rank, those of them that go to no neighbor, all. */
+enum { WIDEST, OUTSIDE, HEAVIEST, LIGHTEST, MAXIMA };
+enum { LEAVING, FAR, NODES, SUMS };
 struct reduced_values {
-  double widest, outside, mass[2]; /* search radius; distance outside of a cell; mass, minus the least mass */
-  uint64_t leaving, far, nodes;
+  double most[MAXIMA];
+  uint64_t sum[SUMS];
 };
 
 static kith_status local_extremes(const struct kith_integrator *it, struct reduced_values *reduced) {
@@ -305,8 +308,8 @@ static kith_status local_extremes(const struct kith_integrator *it, struct reduc
     heaviest = KITH_MAX(heaviest, mass[i]);
     lightest = KITH_MIN(lightest, mass[i]);
   }
-  reduced->widest = widest, reduced->mass[0] = heaviest, reduced->mass[1] = -lightest;
-  reduced->nodes = (uint64_t)nodes->n_internal;
+  reduced->most[WIDEST] = widest, reduced->most[HEAVIEST] = heaviest, reduced->most[LIGHTEST] = -lightest;
+  reduced->sum[NODES] = (uint64_t)nodes->n_internal;
   if (!broken) return KITH_OK;
   kith_index first = 0;
   while (radius[first] < INFINITY) ++first;
@@ -327,19 +330,20 @@ static kith_status update_search(struct kith_integrator *it) {
 /* Exchanges all that ranks have to know before ghosts are made, in one call. */
 static kith_status agree(struct kith_integrator *it, struct reduced_values *reduced, kith_status status) {
   const struct kith_decomposition *d = it->decomposition;
-  struct kith_shared parts[2 + KITH_MAX_BOUNDARIES] = {{KITH_SHARE_MAX, 4, &reduced->widest},
-                                                       {KITH_SHARE_SUM, 3, &reduced->leaving}};
+  struct kith_shared parts[2 + KITH_MAX_BOUNDARIES] = {{KITH_SHARE_MAX, MAXIMA, reduced->most},
+                                                       {KITH_SHARE_SUM, SUMS, reduced->sum}};
   kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
   if (d == NULL) return status;
   if (status == KITH_OK) status = local_extremes(it, reduced);
-  if (it->holding) reduced->outside = kith_decomposition_outside(d, it->nodes);
-  if (!it->holding) reduced->outside = d->outside, reduced->leaving = d->leaving, reduced->far = d->far;
+  if (it->holding) reduced->most[OUTSIDE] = kith_decomposition_outside(d, it->nodes);
+  if (!it->holding)
+    reduced->most[OUTSIDE] = d->outside, reduced->sum[LEAVING] = d->leaving, reduced->sum[FAR] = d->far;
   KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2 + kith_boundaries_share(it->boundaries, parts + 2),
                             parts));
-  it->hydro->equal_masses = reduced->mass[0] == -reduced->mass[1];
+  it->hydro->equal_masses = reduced->most[HEAVIEST] == -reduced->most[LIGHTEST];
   return kith_halo_surround(it->hydro->halo,
-                            (it->package->recompute ? 2 : ghost_factor(it)) * reduced->widest +
-                                2 * reduced->outside + kith_boundaries_gain(it->boundaries));
+                            (it->package->recompute ? 2 : ghost_factor(it)) * reduced->most[WIDEST] +
+                                2 * reduced->most[OUTSIDE] + kith_boundaries_gain(it->boundaries));
 }
 
 /* Moves nodes to the ranks that own their cells. `most` of the boundaries is kept: it is of the nodes of all
@@ -348,8 +352,8 @@ static kith_status migrate(struct kith_integrator *it, const struct reduced_valu
   double most[KITH_MAX_BOUNDARIES][KITH_BOUNDARY_MAXIMA];
   kith_status status;
   KITH_STAGE(status, it->profile, "migrate",
-             kith_decomposition_move(it->decomposition, it->nodes, reduced->leaving, reduced->far));
-  if (status != KITH_OK || reduced->leaving == 0) return status;
+             kith_decomposition_move(it->decomposition, it->nodes, reduced->sum[LEAVING], reduced->sum[FAR]));
+  if (status != KITH_OK || reduced->sum[LEAVING] == 0) return status;
   const int n = KITH_MIN(it->boundaries->n, KITH_MAX_BOUNDARIES);
   for (int b = 0; b < n; ++b) memcpy(most[b], it->boundaries->boundary[b]->most, sizeof most[b]);
   kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
@@ -387,16 +391,16 @@ static kith_status place_near(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-static kith_status make_lists(struct kith_integrator *it, kith_status status) {
+/* Builds rows, pairs and what else is required, and lets packages couple pairs. */
+static kith_status build_connectivity(struct kith_integrator *it) {
+  kith_status status;
   bool early = it->nodes->ranks != NULL && may_cull(it);
   for (const struct kith_package *p = it->package; p != NULL; p = p->next)
     early = early && p->ops->couple == NULL; /* which may cut rows */
   it->connectivity->when_marked = early ? tell_marks : NULL, it->connectivity->context = it;
-  if (status == KITH_OK) KITH_STAGE(status, it->profile, "neighbors", update_search(it));
-  if (status == KITH_OK)
-    KITH_STAGE(status, it->profile, "connectivity",
-               kith_connectivity_build(it->connectivity, it->nodes, it->search, it->need, it->excluders,
-                                       it->profile));
+  KITH_STAGE(status, it->profile, "connectivity",
+             kith_connectivity_build(it->connectivity, it->nodes, it->search, it->need, it->excluders,
+                                     it->profile));
   if (status == KITH_OK && it->check && it->search->ops->sweep != NULL)
     status = kith_connectivity_complete(it->connectivity, it->search, it->excluders != NULL);
   if (status == KITH_OK && it->nodes->activity != NULL) mark_touched(it);
@@ -406,7 +410,7 @@ static kith_status make_lists(struct kith_integrator *it, kith_status status) {
 /* Lets policies take a snapshot, and starts to agree on the status and the number of nodes. */
 static kith_status begin_closing(struct kith_integrator *it, const struct reduced_values *reduced,
                                  kith_status status) {
-  it->count[0] = reduced->nodes, it->count[1] = (uint64_t)it->nodes->n_internal;
+  it->count[0] = reduced->sum[NODES], it->count[1] = (uint64_t)it->nodes->n_internal;
   const struct kith_shared parts[] = {{KITH_SHARE_SUM, 1, &it->count[1]}, kith_rebuilds_shared(it->rebuilds)};
   if (status == KITH_OK) status = kith_rebuilds_take(it->rebuilds, it->nodes);
   return kith_ranks_start_agree(it->nodes->ranks, status, 2, parts);
@@ -418,15 +422,17 @@ kith_status kith_lifecycle_close(struct kith_integrator *it) {
   return kith_nodes_all_left(it->nodes->ranks, it->count[0], it->count[1]);
 }
 
-/* Runs the stages. Ranks agree before ghosts are made and at the end. A rank that fails in between does only
- * what others wait for. */
-static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reason) {
+/* Runs the stages: requirements, ghosts, neighbors, connectivity, cull, patch, ready. Ranks agree before
+ * ghosts are made and at the end. A rank that fails in between does only what others wait for. */
+static kith_status run_stages(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   struct kith_nodes *nodes = it->nodes;
   struct reduced_values reduced = {0};
   it->need = requirements(it);
   kith_halo_finish_exchange(it->hydro->halo);
   KITH_TRY(it->near.only ? KITH_OK : prepare(it, &reduced));
-  kith_status status = make_lists(it, it->near.only ? place_near(it) : place(it, &reduced));
+  kith_status status = it->near.only ? place_near(it) : place(it, &reduced);
+  if (status == KITH_OK) KITH_STAGE(status, it->profile, "neighbors", update_search(it));
+  if (status == KITH_OK) status = build_connectivity(it);
   const kith_index before = kith_nodes_count(nodes);
   if (may_cull(it)) status = cull(it, status);
   if (status == KITH_OK && kith_nodes_count(nodes) < before)
@@ -439,7 +445,7 @@ static kith_status run(struct kith_integrator *it, enum kith_rebuild_reason reas
 
 kith_status kith_lifecycle(struct kith_integrator *it, enum kith_rebuild_reason reason) {
   kith_status status;
-  KITH_STAGE(status, it->profile, "lifecycle", run(it, reason));
+  KITH_STAGE(status, it->profile, "lifecycle", run_stages(it, reason));
   return status;
 }
 

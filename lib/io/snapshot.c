@@ -348,7 +348,7 @@ static kith_status fill_fields(const struct writer *w, const struct kith_nodes *
                           *barrier = kith_nodes_field_named(nodes, "barrier");
   uint8_t *flag = memset(w->room, nodes != like, (size_t)nodes->n_internal);
   for (kith_index i = 0; i < nodes->n_internal && nodes != like && barrier != NULL; ++i)
-    if (barrier->u8[i]) flag[i] = 2;
+    if (barrier->u8[i]) flag[i] = KITH_BARRIER;
   return fill_lists(w, w->layout->place[like->n_fields], nodes, &flags, first, w->room);
 }
 

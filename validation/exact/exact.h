@@ -50,7 +50,7 @@ struct kith_exact_star {
 
 struct kith_exact_ops {
   const char *name, *doc;
-  const struct kith_param *params; /* its own parameters, NULL: none; `settings` below are their values */
+  const struct kith_param *params; /* its own parameters; `settings` below are their values */
   size_t settings_size;
   /* Sets what follows from the scene; what does not follow stays as it is. NULL: nothing follows. */
   void (*derive)(void *settings, const struct kith_exact_scene *scene);

@@ -46,9 +46,9 @@ struct kith_rebuild_ops {
   bool covers;     /* fires before the lists could miss a pair */
   bool every_step; /* fires whatever happened */
   /* What this rank wants; the family joins the ranks. A function of the nodes and of the snapshot alone: a
-   * restart takes a new one, and would else rebuild at other steps. Never called before a snapshot. NULL: nothing, but for
-   * members that cover and do not fire every step: they fire when kith_cover_holds no more, or
-   * kith_cover_far. */
+   * restart takes a new snapshot, and would else rebuild at other steps. Never called before a snapshot.
+   * NULL: nothing, but for members that cover and do not fire every step: they fire when kith_cover_holds no
+   * more, or kith_cover_far. */
   bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_cover *cover,
                         const struct kith_nodes *nodes);
   /* Remembers in policy->self what the lists were made from, and forgets it. NULL: nothing to remember. */
