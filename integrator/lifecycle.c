@@ -287,7 +287,7 @@ static void mark_touched(const struct kith_integrator *it) {
 }
 
 /* What ranks reduce before nodes move and ghosts are made. Largest values: search radius, distance outside of
- * a cell, mass, minus the mass. Sums: nodes that leave their rank, those that go to no neighbor of it, all. */
+ * a cell, mass, minus the mass. Sums: nodes that leave their rank, those that go to no neighbor, all. */
 enum { WIDEST, OUTSIDE, HEAVIEST, LIGHTEST, MAXIMA };
 enum { LEAVING, FAR, NODES, SUMS };
 struct reduced_values {

@@ -264,7 +264,10 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   kith_status status = take_step(it, &dt);
   kith_boundaries_move(it->boundaries, it->clock);
   if (status == KITH_OK && it->follows) kith_window_follow(it);
-  if (status == KITH_OK) status = after_rates(it, kith_flow_mirror(it));
+  if (status == KITH_OK) {
+    const kith_status mine = kith_flow_mirror(it); /* nodes beyond mirrors are put back */
+    status = after_rates(it, mine);
+  }
   kith_profile_end(it->profile);
   KITH_TRY(status);
   it->time = dt >= wanted && dt >= until - it->time ? until : it->time + dt;
