@@ -262,8 +262,9 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct kith
 
 /* --- nodes --- */
 
-/* Completes node i after the last package: (2) of block_steps.h. For active nodes hydro->acceleration is
- * until then the external force at their last activity. */
+/* Completes node i after the last package: (2) of block_steps.h, with its names w, p and k; v is the velocity
+ * at the last activity. A touched node gets impulses and keeps its rates. For active nodes until now
+ * hydro->acceleration is the external force at their last activity. */
 static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   const struct kith_block_steps *b = pass->kick->blocks;
   const struct kith_package *package = pass->package;
@@ -271,6 +272,7 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   const size_t at = (size_t)i * NDIM;
   const bool active = kith_node_active(hydro->nodes, i),
              external = package->pair_acceleration != hydro->acceleration;
+  /* Durations: of a base step; since the last activity; since the middle of the step; to that of the next. */
   const double base = b->tick * KITH_TICKS, since = b->tick * (b->now - b->last->f64[i]),
                middle = since - 0.5 * b->tick * b->step->f64[i],
                later = b->ends ? 0 : 0.5 * b->tick * b->next->f64[i], *restrict p = hydro->velocity->f64 + at,
@@ -281,8 +283,10 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   if (external && active)
     kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, g);
   for (int a = 0; a < NDIM; ++a) {
-    const double o = base * opening[a], last = external ? active ? all[a] : all[a] - pairs[a] : 0,
-                 ahead = w[a] + middle * last - p[a];
+    const double o = base * opening[a],
+                 last =
+                     external ? active ? all[a] : all[a] - pairs[a] : 0, /* external, at the last activity */
+        ahead = w[a] + middle * last - p[a];                             /* of the prediction, before k */
     fall += active ? last * (0.5 * (v[a] + p[a]) - w[a] - (middle - 0.5 * since) * last) : last * (k[a] + o);
     closing_work += k[a] * (ahead + 0.5 * k[a]);
     opening_work += opening[a] * (ahead + k[a]);
