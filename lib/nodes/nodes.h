@@ -55,7 +55,7 @@ struct kith_field_spec {
 struct kith_field {
   struct kith_field_spec spec;
   int components;
-  union { /* [capacity of the nodes][components]; of their own: [own_capacity] */
+  union { /* [capacity][components] of the nodes; without ghosts: [own_capacity][components] */
     double *f64;
     int64_t *i64;
     uint8_t *u8;
@@ -104,7 +104,7 @@ struct kith_nodes {
   int n_lists;
   struct kith_node_list lists[KITH_MAX_LISTS];
   kith_index n_internal, n_ghost;
-  kith_index capacity, own_capacity; /* of nodes and ghosts; of nodes alone: fields of their own */
+  kith_index capacity, own_capacity; /* of fields with ghosts; of fields of internal nodes alone */
 
   int n_fields;
   struct kith_field *fields[KITH_MAX_FIELDS]; /* owned; registration order */

@@ -15,7 +15,7 @@ static kith_status find_border(struct kith_border *border, const struct kith_nod
                                const struct kith_rows *rows) {
   const kith_index n = nodes->n_internal, first_remote = kith_nodes_first_remote(nodes);
   const kith_index chunks = (n + KITH_CHUNK - 1) / KITH_CHUNK;
-  const bool sorted = nodes->image == NULL;
+  const bool sorted = nodes->image == NULL; /* canonical rows, which need the images, do not ascend */
   if (border->rows == rows->node && border->ghosts == nodes->ghosts) return KITH_OK;
   border->rows = NULL;
   KITH_TRY(kith_reserve(&border->chunk, &border->capacity, (size_t)chunks, 1));

@@ -13,7 +13,8 @@
  *     sph  Sedov 2-D 100^2, gamma 1.4   .157 .120 .221   .128 .095 .216   .130 .092 .214   .140 .097 .212
  *          Sedov 3-D 30^3               .261 .423 .314   .198 .347 .313   .194 .344 .307
  *          Noh 2-D                      .998 .026        .942 .013        .953 .013
- *     crk  Sedov 2-D, Noh 2-D           .147 .117 .216   .121 .097 .214   .118 .098 .213;  .707 .752 .791
+ *     crk  Sedov 2-D, as above          .147 .117 .216   .121 .097 .214   .118 .098 .213
+ *          Noh 2-D, density alone       .707             .752             .791
  * L1 of the density with this damping, with the spacing of the wider end, as in Spheral, and with the
  * exponential (without the last factor):
  *     sph: Sedov 72^2 .128 .139 .121, 26^3 .258 .254 .267, Noh 50^2 1.04 .91 .90, blasts .0222 .0214 .0223
