@@ -77,7 +77,8 @@ struct kith_options {
     "stop with a checkpoint two steps before this time has passed")                                        \
   X(watchdog, 0, "SECONDS", NUMBER, 0.01, 1e9, watchdog, F(run),                                           \
     "a rank that waits longer than this for others prints where, and goes on waiting")                     \
-  X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run), "continue from a checkpoint")                         \
+  X(restart, 0, "FILE", TEXT, 0, 0, restart, F(run),                                                       \
+    "continue from a checkpoint, or from that in a directory")                                             \
   X(overwrite, 0, 0, FLAG, 0, 0, overwrite, F(run),                                                        \
     "start anew in a directory with the checkpoint of an earlier run, and replace its results")            \
   X(check, 0, 0, FLAG, 0, 0, check, F(run), "verify all structures after every rebuild")                   \

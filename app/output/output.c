@@ -49,6 +49,20 @@ static kith_status set_damaged_aside(const struct kith_output *output) {
   return KITH_OK;
 }
 
+/* Writes the list of the snapshots that are there; a restart may have begun in another directory. */
+static kith_status write_series(const struct kith_output *output) {
+  char path[640], name[32];
+  json_t *files = json_array();
+  for (int k = 0; k < output->n_snapshots; ++k) {
+    snapshot_name(k, name);
+    path_in(output, name, path);
+    if (access(path, F_OK) == 0)
+      json_array_append_new(files, json_pack("{s:s, s:f}", "name", name, "time", output->times[k]));
+  }
+  path_in(output, "snapshots.hdf.series", path);
+  return kith_json_write(path, json_pack("{s:s, s:o}", "file-series-version", "1.0", "files", files));
+}
+
 /* Did an earlier run leave this picture or snapshot? Of a restart: is it one that is yet to be written? */
 static bool is_of_earlier_run(const struct kith_output *output, bool restarted, const char *name) {
 #define DATA "@(profile|exact|mean).dat|map_+([0-9]).bin"
@@ -80,6 +94,7 @@ static kith_status clear(const struct kith_output *output, bool restarted) {
                              output->growth.scene == NULL ? "growth.csv" : NULL};
   char path[640];
   if (restarted && output->from_previous) KITH_TRY(set_damaged_aside(output));
+  if (restarted) KITH_TRY(write_series(output)); /* without those that are removed below */
   for (size_t k = 0; k < sizeof old / sizeof *old && !restarted; ++k) {
     if (old[k] == NULL) continue;
     path_in(output, old[k], path);
@@ -155,20 +170,6 @@ kith_status kith_json_write(const char *path, json_t *json) {
   if (status == KITH_OK) return kith_atomic_file_commit(&file, false);
   kith_atomic_file_abandon(&file);
   return status;
-}
-
-/* Writes the list of the snapshots that are there; a restart may have begun in another directory. */
-static kith_status write_series(const struct kith_output *output) {
-  char path[640], name[32];
-  json_t *files = json_array();
-  for (int k = 0; k < output->n_snapshots; ++k) {
-    snapshot_name(k, name);
-    path_in(output, name, path);
-    if (access(path, F_OK) == 0)
-      json_array_append_new(files, json_pack("{s:s, s:f}", "name", name, "time", output->times[k]));
-  }
-  path_in(output, "snapshots.hdf.series", path);
-  return kith_json_write(path, json_pack("{s:s, s:o}", "file-series-version", "1.0", "files", files));
 }
 
 static kith_status write_snapshot(const char *path, const struct kith_simulation *simulation,

@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 #include "app/cli/process.h"
@@ -33,6 +34,7 @@ struct progress {
 
 struct run {
   const struct kith_options *options;
+  const char *restart;      /* checkpoint file; NULL: none */
   struct kith_ranks *ranks; /* NULL: one process */
   struct kith_scene *scene;
   struct kith_profile *profile;
@@ -85,11 +87,11 @@ static kith_status open_output(struct run *run) {
     struct kith_atomic_file *file;
     for (const struct kith_config *c = run->scene->config; c != NULL; c = c->base)
       KITH_TRY(check_read(o->trace, c->file));
-    if (o->restart != NULL) KITH_TRY(check_read(o->trace, o->restart));
+    if (run->restart != NULL) KITH_TRY(check_read(o->trace, run->restart));
     KITH_TRY(kith_atomic_file_open(&file, o->trace));
     kith_atomic_file_abandon(&file);
   }
-  return kith_output_open(&run->output, run->simulation, o->directory, o->restart, o->overwrite);
+  return kith_output_open(&run->output, run->simulation, o->directory, run->restart, o->overwrite);
 }
 
 static kith_status read_scene(struct run *run) {
@@ -118,7 +120,6 @@ static void write_stage(const void *profile, char *text, size_t size) {
 
 static kith_status prepare(struct run *run) {
   const struct kith_options *o = run->options;
-  const char *restart = o->restart;
   KITH_TRY(kith_ranks_allreduce_status(
       run->ranks, kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL)));
   const struct kith_watchdog watchdog = {o->watchdog, write_stage, run->profile};
@@ -132,8 +133,8 @@ static kith_status prepare(struct run *run) {
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, read_scene(run)));
   KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->ranks, run->profile, o->check));
   if (o->threads == 0) kith_share_cores(run->ranks, run->simulation->nodes->n_internal);
-  if (restart != NULL) {
-    KITH_TRY(kith_output_restore(&run->output, restart, run->simulation, &run->baseline));
+  if (run->restart != NULL) {
+    KITH_TRY(kith_output_restore(&run->output, run->restart, run->simulation, &run->baseline));
     KITH_TRY(kith_ranks_allreduce_status(run->ranks, check_future(run)));
   }
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, open_output(run)));
@@ -314,14 +315,14 @@ static kith_status begin(struct run *run) {
   if (speaks(run)) kith_simulation_warn(run->simulation);
   if (speaks(run) && !run->options->quiet) warn_of_cores(run->ranks);
   kith_status status = KITH_OK;
-  if (run->options->restart == NULL) KITH_STAGE(status, run->profile, "comparison", compare_start(run));
+  if (run->restart == NULL) KITH_STAGE(status, run->profile, "comparison", compare_start(run));
   KITH_TRY(status);
   run->started = run->saved = kith_seconds();
   run->cpu_started = cpu_seconds();
-  if (run->options->restart == NULL) KITH_TRY(kith_simulation_start(run->simulation));
+  if (run->restart == NULL) KITH_TRY(kith_simulation_start(run->simulation));
   run->first_updates = run->simulation->integrator.ledger.updates;
   run->first_pairs = run->simulation->package.pair_evaluations;
-  if (run->options->restart != NULL) return KITH_OK;
+  if (run->restart != NULL) return KITH_OK;
   const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
   run->baseline = kith_conservation_baseline_of(&first);
   KITH_STAGE(status, run->profile, "comparison", measure_start(run));
@@ -472,7 +473,8 @@ static kith_status finish(struct run *run) {
   printf("results in %s\n", run->output.directory);
   if (!run->stopped) kith_fom_print(&report->fom, stdout);
   if (run->stopped)
-    fprintf(stderr, "kith: stopped; go on with --restart %s/checkpoint.kith\n", run->output.directory);
+    fprintf(stderr, "kith: stopped; go on with the same command and --restart %s/checkpoint.kith\n",
+            run->output.directory);
   return KITH_OK;
 }
 
@@ -528,6 +530,14 @@ static enum kith_exit carry_out(struct run *run) {
 }
 
 /* Starts mpirun and waits: this process does no more than that. */
+/* The checkpoint that --restart names; of a directory that in it. NULL: none. */
+static const char *find_checkpoint(const char *named, char inside[1024]) {
+  struct stat found;
+  if (named == NULL || stat(named, &found) != 0 || !S_ISDIR(found.st_mode)) return named;
+  snprintf(inside, 1024, "%s/checkpoint.kith", named);
+  return inside;
+}
+
 static enum kith_exit launch(const struct kith_options *options) {
   enum kith_exit code = KITH_EXIT_FAILED;
   if (options->ranks > kith_ranks_most()) {
@@ -540,7 +550,10 @@ static enum kith_exit launch(const struct kith_options *options) {
 }
 
 enum kith_exit kith_run(const struct kith_options *options) {
-  struct run run = {.options = options, .entered = kith_seconds() - kith_process_age()};
+  char inside[1024];
+  struct run run = {.options = options,
+                    .restart = find_checkpoint(options->restart, inside),
+                    .entered = kith_seconds() - kith_process_age()};
   if (options->ranks > 1 && kith_launched() == 1) return launch(options);
   kith_signals_ignore();
   kith_json_watch();

@@ -209,7 +209,7 @@ case $6 in
       [[ $code == 1 ]] || wrong "$what: ended with $code: $(<stderr)"
     }
     stop "a signal" TERM
-    ended "a signal" $code "stopped; go on with --restart run/checkpoint.kith"
+    ended "a signal" $code "stopped; go on with the same command and --restart run/checkpoint.kith"
     goes_on "a signal" --set output.checkpoint=20
     stop "two signals" INT TERM
     grep -q "^kith: stopped" stderr || wrong "two signals: $(<stderr)" # in time, or at once

@@ -310,7 +310,7 @@ done
 refused "missing.kith: cannot read: No such file" "$kith" run tiny.yaml "$@" missing.kith
 refused "tiny.yaml: not a checkpoint" "$kith" run tiny.yaml "$@" tiny.yaml
 refused "snapshot_0000.hdf: not a checkpoint" "$kith" run tiny.yaml "$@" out/snapshot_0000.hdf
-refused "folder: not a regular file" "$kith" run tiny.yaml "$@" folder
+refused "folder/checkpoint.kith: cannot read: No such file" "$kith" run tiny.yaml "$@" folder
 refused "/dev/null: not a regular file" "$kith" run tiny.yaml "$@" /dev/null
 refused "a 1-D checkpoint, this program is 2-D" "$kith" run tiny.yaml "$@" $good --set dimension=2
 refused "by another scene or with other settings: regions.0.density is 1.0 there, and 2 now" "$kith" run \

@@ -72,7 +72,7 @@ ok env --ignore-signal=CHLD "$kith" run tiny.yaml --quiet -o out
 rm -rf out
 
 # ---- the wall time is over
-stopped 1 "stopped; go on with --restart out/checkpoint.kith" \
+stopped 1 "stopped; go on with the same command and --restart out/checkpoint.kith" \
   "$kith" run tiny.yaml --quiet -o out --set resolution=2000 --walltime 0.001
 rm -rf out
 
@@ -179,7 +179,7 @@ for rebuild in always displacement; do
   wait $!
   code=$?
   [[ $code == 1 &&
-    $(<stderr) == "kith: stopped; go on with --restart parts/checkpoint.kith" ]] ||
+    $(<stderr) == "kith: stopped; go on with the same command and --restart parts/checkpoint.kith" ]] ||
     wrong "SIGTERM gave $code, $(<stderr)"
   before=$(wc -l <parts/history.csv)
   "$kith" run tiny.yaml "$@" -o parts --restart parts/checkpoint.kith >stdout 2>stderr &
@@ -269,6 +269,15 @@ ok "$kith" run tiny.yaml --quiet -o parts --set output.every=0.07 --restart part
   --until 0.2
 times=$(sed -n 's/.*"time": *//p' parts/snapshots.hdf.series | xargs printf '%.4g ')
 [[ $times == "0 0.07 0.14 0.2 " ]] || wrong "a restart with another output.every has snapshots at $times"
+
+# A restart that makes no step: snapshots after its checkpoint go, and the series does not list them. The
+# checkpoint may be named by its directory.
+set -- --quiet -o parts --set output.every=0.02
+ok "$kith" run tiny.yaml "$@" --overwrite --until 0.04 --set output.checkpoint_at_end=true
+ok "$kith" run tiny.yaml "$@" --until 0.09 --restart parts
+ok "$kith" run tiny.yaml "$@" --until 0.04 --restart parts
+[[ $(grep -o 'snapshot_[0-9]*.hdf' parts/snapshots.hdf.series) == "$(cd parts && ls snapshot_*.hdf)" ]] ||
+  wrong "the series after a restart without a step: $(<parts/snapshots.hdf.series)"
 
 # ---- steps of equal length
 ok "$kith" run tiny.yaml --set scheme.dt=0.0025 --set until=0.05 --quiet -o equal
