@@ -221,7 +221,10 @@ static kith_status check_combination(const struct kith_simulation *m) {
               "what barriers, layers and damage let pass follows from the rows of all nodes: take %s", take);
     REFUSE_IF(recompute, "partition.ghosts",
               "where not all nodes are active, ghosts have no rows; take exchange");
-    REFUSE_IF(s->follows && passes, key, "gas that enters or leaves is never at rest: take whole");
+    REFUSE_IF(
+        passes, key, "%s: take %s",
+        blocks ? "block time steps do not let gas come and go" : "gas that enters or leaves is never at rest",
+        take);
   }
   REFUSE_IF(s->scheme.cfl > 1 && !scheme->implicit, "scheme.cfl",
             "%g is out of range (0, 1] of %s; more is for implicit", s->scheme.cfl, scheme->name);
@@ -235,7 +238,7 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
   REFUSE_IF(s->unsteady && kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
             "an inflow whose state changes requires that neighbor lists are rebuilt always");
-  REFUSE_IF(passes && (scheme->incompatible != NULL || blocks), blocks ? "scheme.steps" : "scheme.name",
+  REFUSE_IF(passes && scheme->incompatible != NULL, "scheme.name",
             "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
             scheme->name);
   return KITH_OK;

@@ -319,7 +319,7 @@ static void refusals(void) {
   refused(FACES("inflow", "{kind: outflow, pressure_far: 1}"), STREAM("2"), "",
           "gas leaves at Mach 1.69031, faster than an outflow with pressure_far can take");
   refused(in, STREAM("1"), "scheme.steps=block",
-          "scheme.steps: leapfrog does not let gas come and go; leapfrog with global");
+          "scheme.steps: block time steps do not let gas come and go: take global steps");
   refused(FACES("{kind: inflow, density: 1 + t, pressure: 1, velocity: [1, 0, 0]}", "outflow"), STREAM("1"),
           "connectivity.rebuild=displacement", "an inflow whose state changes requires");
   refused(FACES("{kind: inflow, density: 1 - 30*t, pressure: 1, velocity: [1, 0, 0]}", "outflow"),
