@@ -1,5 +1,5 @@
 /* snapshot_diff.c - reads fields as doubles, which hold ids up to 2^53, and compares them in the order of
- * ids. */
+ * ids, or bitwise where both files have the same order. */
 #define _GNU_SOURCE /* qsort_r */
 #include "app/study/study.h"
 
@@ -20,7 +20,7 @@ struct comparison {
   struct side {
     hid_t file, particles;
     struct field id;
-    size_t *order; /* owned; rows sorted by id, or as they are stored */
+    size_t *order; /* owned; rows sorted by id */
   } side[2];
   bool by_nodes;
   struct kith_snapshot_diff *same;
@@ -60,7 +60,7 @@ static herr_t compare_field(hid_t group, const char *name, const H5L_info_t *inf
   if (!read_field(group, name, &a) || !read_field(c->side[1].particles, name, &b) ||
       a.shape[0] != c->side[0].id.shape[0] || memcmp(a.shape, b.shape, sizeof a.shape) != 0)
     note(c, INFINITY, name);
-  else if (c->by_nodes)
+  else if (c->by_nodes || c->same->reordered)
     note(c, difference_of(c, &a, &b), name);
   else if (memcmp(a.value, b.value, a.shape[0] * a.shape[1] * sizeof *a.value) != 0)
     note(c, fmax(difference_of(c, &a, &b), DBL_MIN), name);
@@ -74,14 +74,14 @@ static int compare_ids(const void *a, const void *b, void *ids) {
   return (x > y) - (x < y);
 }
 
-static bool open_side(struct side *s, const char *path, bool by_nodes) {
+static bool open_side(struct side *s, const char *path) {
   s->file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
   s->particles = H5Gopen2(s->file, "PartType0", H5P_DEFAULT);
   if (!read_field(s->particles, "ParticleIDs", &s->id) ||
       kith_resize(&s->order, 0, s->id.shape[0] + 1, sizeof *s->order) != KITH_OK)
     return false;
   for (size_t k = 0; k < s->id.shape[0]; ++k) s->order[k] = k;
-  if (by_nodes) qsort_r(s->order, s->id.shape[0], sizeof *s->order, compare_ids, s->id.value);
+  qsort_r(s->order, s->id.shape[0], sizeof *s->order, compare_ids, s->id.value);
   return true;
 }
 
@@ -97,14 +97,18 @@ static bool compare(struct comparison *c) {
   double time[2] = {NAN, NAN};
   H5G_info_t fields[2];
   if (H5Gget_info(a->particles, &fields[0]) < 0 || H5Gget_info(b->particles, &fields[1]) < 0) return false;
-  bool same = a->id.shape[0] == b->id.shape[0];
-  for (size_t k = 0; same && c->by_nodes && k < a->id.shape[0]; ++k)
+  bool same = a->id.shape[0] == b->id.shape[0], moved = false;
+  for (size_t k = 0; same && k < a->id.shape[0]; ++k) {
     same = a->id.value[a->order[k]] == b->id.value[b->order[k]];
+    moved = moved || a->id.value[k] != b->id.value[k];
+  }
+  c->same->reordered = same && moved;
   for (int k = 0; k < 2; ++k) H5LTget_attribute_double(c->side[k].file, "Header", "Time", &time[k]);
   if (!same) note(c, INFINITY, "ParticleIDs");
   if (fields[0].nlinks != fields[1].nlinks) note(c, INFINITY, "fields");
   if (!c->by_nodes && time[0] != time[1]) note(c, INFINITY, "Time");
-  return c->same->difference > 0 ||
+  if (!c->by_nodes && c->same->reordered) note(c, DBL_MIN, "ParticleIDs");
+  return isinf(c->same->difference) ||
          H5Literate(a->particles, H5_INDEX_NAME, H5_ITER_INC, NULL, compare_field, c) >= 0;
 }
 
@@ -116,7 +120,7 @@ kith_status kith_snapshot_diff_files(const char *a, const char *b, bool by_nodes
   *same = (struct kith_snapshot_diff){0};
   H5Eget_auto2(H5E_DEFAULT, &print, &with);
   H5Eset_auto2(H5E_DEFAULT, NULL, NULL); /* HDF5 prints nothing: the caller has the message */
-  const bool first = open_side(&c.side[0], a, by_nodes), second = open_side(&c.side[1], b, by_nodes),
+  const bool first = open_side(&c.side[0], a), second = open_side(&c.side[1], b),
              good = first && second && compare(&c);
   for (int k = 0; k < 2; ++k) close_side(&c.side[k]);
   H5Eset_auto2(H5E_DEFAULT, print, with);

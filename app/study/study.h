@@ -185,11 +185,13 @@ struct kith_cost_at_error kith_cost_at_error_of(int n, const double *resolution,
 struct kith_snapshot_diff {
   double difference; /* of the worst field: largest difference over largest value; 0: bitwise identical */
   char field[64];    /* its name */
+  bool reordered;    /* the same ids are stored in another order */
 };
 
 /* Compares two snapshots (lib/io/snapshot.h), all fields of PartType0. `by_nodes`: node by node, wherever it
- * is stored; else bitwise, as they are stored, and the same time. Another number of nodes, other ids or other
- * fields: the difference is infinite. BAD_FILE: a file that is not there, or no snapshot. */
+ * is stored; else bitwise, as they are stored, and the same time. Where only the bits or the order differ the
+ * difference is DBL_MIN. Another number of nodes, other ids or other fields: the difference is infinite.
+ * BAD_FILE: a file that is not there, or no snapshot. */
 kith_status kith_snapshot_diff_files(const char *a, const char *b, bool by_nodes,
                                      struct kith_snapshot_diff *same);
 

@@ -6,6 +6,7 @@
  *
  * Exit code: 0; 3 if a row is out of tolerance; 1 if a run failed or the results cannot be written; 2 for an
  * unknown suite or a wrong file. */
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -120,7 +121,7 @@ static kith_status compare(const struct validation *v, const struct kith_row *ro
   /* Bitwise also in connectivity, as one number: entries of all rows of all ranks, over the whole run. */
   KITH_TRY(report_value(v, row->like, "ledger.row_entries", &entries[0]));
   KITH_TRY(report_value(v, v->last, "ledger.row_entries", &entries[1]));
-  if (entries[0] != entries[1]) *same = (struct kith_snapshot_diff){INFINITY, "rows"};
+  if (entries[0] != entries[1]) *same = (struct kith_snapshot_diff){INFINITY, "rows", same->reordered};
   return KITH_OK;
 }
 
@@ -195,8 +196,9 @@ static void print_row(const struct validation *v, const struct kith_row *row, co
          o->good ? "ok" : "FAILED", last_value(v, "energy_drift"), last_value(v, "floors"), o->seconds);
   if (o->same.difference == 0) printf("  same as %s", row->like);
   if (o->same.difference > 0)
-    printf("  %s %s %s%.2g in %s", same ? "same as" : "DIFFERS FROM", row->like, same ? "to " : "by ",
-           o->same.difference, o->same.field);
+    printf("  %s %s %s%.2g in %s%s", same ? "same as" : "DIFFERS FROM", row->like, same ? "to " : "by ",
+           o->same.difference > DBL_MIN ? o->same.difference : 0, o->same.field,
+           !same && o->same.reordered ? "; nodes are stored in another order" : "");
   putchar('\n');
 }
 

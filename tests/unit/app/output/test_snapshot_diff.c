@@ -45,6 +45,7 @@ static void check(struct change a, struct change b, double stored, double by_nod
   struct kith_snapshot_diff diff;
   const char *one = written("one.hdf", a), *other = written("other.hdf", b);
   CHECK_OK(kith_snapshot_diff_files(one, other, false, &diff));
+  CHECK(diff.reordered == (a.backwards != b.backwards));
   CHECK(stored == 0 || isinf(stored) ? diff.difference == stored : diff.difference > 0);
   CHECK_OK(kith_snapshot_diff_files(one, other, true, &diff));
   CHECK(isinf(by_nodes) ? isinf(diff.difference) : fabs(diff.difference - by_nodes) <= 1e-15);
@@ -59,7 +60,11 @@ int main(void) {
   check(plain, b, 0, 0, "");
   b.backwards = true;
   check(plain, b, 1, 0, "");
-  b = plain, b.to = 102 + 1.05e-6; /* 105 is the largest density */
+  b.to = 102 + 1.05e-6; /* 105 is the largest density; the difference is by id, not by place */
+  check(plain, b, 1, (b.to - 102) / 105, "Density");
+  CHECK_OK(kith_snapshot_diff_files(path_in("one.hdf"), path_in("other.hdf"), false, &diff));
+  CHECK(fabs(diff.difference - (b.to - 102) / 105) <= 1e-15 && strcmp(diff.field, "Density") == 0);
+  b.backwards = false;
   check(plain, b, 1, (b.to - 102) / 105, "Density");
   b = plain, b.to = NAN;
   check(plain, b, INFINITY, INFINITY, "Density");
