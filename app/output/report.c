@@ -110,13 +110,17 @@ void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
                          double updates, double pairs, double wall, double cpu) {
   const struct kith_integrator *it = &m->integrator;
   const struct kith_totals now = kith_hydro_totals(&m->hydro);
+  const struct kith_nodes *held = kith_boundaries_held(&m->boundaries); /* each rank has all of them */
+  double gas = 0;
+  for (kith_index i = 0; i < m->nodes->n_internal; ++i) gas += kith_node_is_gas(m->nodes, i);
   double sum[] = {(double)m->nodes->n_internal,
                   (double)it->ledger.last_row_entries,
                   (double)m->package.pair_evaluations,
                   cpu,
                   updates,
-                  pairs};
-  kith_ranks_sum(m->nodes->ranks, sum, 6);
+                  pairs,
+                  gas};
+  kith_ranks_sum(m->nodes->ranks, sum, 7);
 #define X(kind, member, key, value, unit, doc) .member = (value),
   *r = (struct kith_report){KITH_REPORT_LIST(X).measured = m->scene->measure.wanted,
                             .ledger = collect_ledger(m)};

@@ -48,9 +48,9 @@ struct kith_fom {
 void kith_fom_print(const struct kith_fom *fom, FILE *out);
 
 /* Single values: kind, member, key, value, unit, doc. A value is an expression of m (simulation), it
- * (integrator), b (baseline), p (provenance), now (totals), sum (over ranks: nodes, row entries, pair
- * evaluations, cpu seconds, updates) and wall (seconds). Changes, drifts: the largest over the run
- * (simulation.h). */
+ * (integrator), b (baseline), p (provenance), now (totals), held (frozen nodes), sum (over ranks: nodes, row
+ * entries, pair evaluations, cpu seconds, updates, pairs, nodes of gas) and wall (seconds). Changes, drifts:
+ * the largest over the run (simulation.h). */
 #define KITH_REPORT_LIST(X)                                                                               \
   X(TEXT, scene, "scene", m->scene->name, "", "name of the scene")                                        \
   X(COUNT, dimension, "dimension", NDIM, "", "1, 2 or 3")                                                 \
@@ -61,6 +61,10 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out);
   X(COUNT, ranks, "ranks", kith_ranks_size(m->nodes->ranks), "", "processes")                             \
   X(COUNT, threads, "threads", omp_get_max_threads(), "", "threads of each process")                      \
   X(COUNT, nodes, "nodes", (int64_t)sum[0], "", "internal nodes of all ranks, at the end")                \
+  X(COUNT, gas_nodes, "gas_nodes", (int64_t)sum[6], "",                                                   \
+    "those but the ones behind the faces of inflows and outflows")                                        \
+  X(COUNT, frozen_nodes, "frozen_nodes", held != NULL ? held->n_internal : 0, "",                         \
+    "nodes of frozen regions and barriers, which are not among nodes")                                    \
   X(COUNT, steps, "steps", (int64_t)it->step, "", "steps since the start of the scene")                   \
   X(REAL, time, "time", it->time, "scene", "time at the end")                                             \
   X(REAL, wall_seconds, "wall_seconds", wall, "s", "of start, steps and all output")                      \
@@ -72,7 +76,7 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out);
   X(REAL, pair_evaluations, "pair_evaluations", sum[2], "", "evaluations of a pair function")             \
   X(REAL, energy_drift, "energy_drift", b->energy_drift, "", "relative change of the total energy")       \
   X(REAL, momentum_drift, "momentum_drift", b->momentum_drift, "",                                        \
-    "change of the momentum over sum m max(|v|, c)")                                                      \
+    "change of the momentum over sum m max(|v|, c); null where walls or external forces change it")       \
   X(REAL, angular_momentum_drift, "angular_momentum_drift", b->angular_drift, "",                         \
     "likewise, of the angular momentum about the center")                                                 \
   X(REAL, kinetic_start, "kinetic.start", b->totals.kinetic, "scene", "kinetic energy at the start")      \

@@ -11,8 +11,10 @@ static double at(const json_t *object, const char *name) {
 }
 
 static void print_run(const struct kith_report *r, FILE *f) {
-  fprintf(f, "%.60s  %" PRId64 "-D, %" PRId64 " nodes, %" PRId64 " step%s to t = %.6g", r->scene,
-          r->dimension, r->nodes, r->steps, r->steps == 1 ? "" : "s", r->time);
+  fprintf(f, "%.30s  %" PRId64 "-D, %" PRId64 " nodes", r->scene, r->dimension, r->nodes);
+  if (r->gas_nodes != r->nodes) fprintf(f, " (%" PRId64 " of gas)", r->gas_nodes);
+  if (r->frozen_nodes > 0) fprintf(f, " and %" PRId64 " frozen", r->frozen_nodes);
+  fprintf(f, ", %" PRId64 " step%s to t = %.6g", r->steps, r->steps == 1 ? "" : "s", r->time);
   if (at(r->ledger, "rejected_steps") > 0)
     fprintf(f, ", %.0f more rejected", at(r->ledger, "rejected_steps"));
   fputc('\n', f);
@@ -47,16 +49,26 @@ static void print_norms(const struct kith_norms *n, FILE *f) {
   if (n->density_peak > 0 && !n->vortex) fprintf(f, "    density peak %.5g\n", n->density_peak);
 }
 
+/* Prints an error relative to a sum; NaN: there is none. */
+static void print_momentum(const char *name, double error, const char *scale, FILE *f) {
+  if (isnan(error))
+    fprintf(f, "\n  %s: walls or external forces change it", name);
+  else
+    fprintf(f, "\n  %s %.2e of sum %s", name, error, scale);
+}
+
 /* Prints errors of energy and momentum, and of what a scene is about: a vortex, gas at rest without a
  * shock. */
 static void print_conservation(const struct kith_report *r, FILE *f) {
   const bool vortex = r->compared && r->norms.vortex,
              at_rest = r->compared && r->kinetic_start == 0 && r->norms.shock_exact == 0;
-  fprintf(f, "\n  conservation errors: energy %.2e of the total, momentum %.2e of sum m max(|v|, c)",
-          r->energy_drift, r->momentum_drift);
+  fprintf(f, "\n  conservation errors: energy %.2e of the largest of total, work and kinetic energy",
+          r->energy_drift);
+  print_momentum("momentum", r->momentum_drift, "m max(|v|, c)", f);
+  if (vortex) print_momentum("angular momentum", r->angular_momentum_drift, "m |r x v|", f);
   if (vortex)
-    fprintf(f, "\n  angular momentum %.2e; kinetic energy %.4g of %.4g, rebound %.2e",
-            r->angular_momentum_drift, r->kinetic_end, r->kinetic_start, r->kinetic_rebound);
+    fprintf(f, "\n  kinetic energy %.4g of %.4g, rebound %.2e", r->kinetic_end, r->kinetic_start,
+            r->kinetic_rebound);
   if (at_rest)
     fprintf(f, "\n  largest velocity %.2e of sound, %.2e at the end", r->largest_mach, r->final_mach);
   fputc('\n', f);
@@ -133,8 +145,16 @@ static void print_cost(const struct kith_report *r, FILE *f) {
   fprintf(f, "  %.4g nodes migrated, %.4g repartitions", at(r->ranks_detail, "nodes_migrated"),
           at(r->ranks_detail, "repartitions"));
   if (at(r->ledger, "work_imbalance") > 0)
-    fprintf(f, ", work of the busiest rank %.3f of the mean", at(r->ledger, "work_imbalance"));
+    fprintf(f, ", work of the busiest rank %.3f of the mean at the last check",
+            at(r->ledger, "work_imbalance"));
+  if (at(r->ranks_detail, "largest_imbalance") > 0)
+    fprintf(f, ", at most %.3f", at(r->ranks_detail, "largest_imbalance"));
   fputc('\n', f);
+}
+
+/* Large numbers, as of bytes, have all their digits. */
+static void print_cell(double value, FILE *f) {
+  fprintf(f, value < 1e5 ? " %10.5g" : " %10.0f", value);
 }
 
 static void print_ranks_detail(json_t *detail, FILE *f) {
@@ -143,12 +163,16 @@ static void print_ranks_detail(json_t *detail, FILE *f) {
   fprintf(f, "\n  %-24s %10s %10s %10s %9s\n", "of a rank", "min", "mean", "max", "max/mean");
   json_object_foreach(detail, key, value) {
     if (!(at(value, "max") > 0)) continue;
-    fprintf(f, "  %-24s %10.5g %10.5g %10.5g %9.3f\n", key, at(value, "min"), at(value, "mean"),
-            at(value, "max"), at(value, "max") / at(value, "mean"));
+    fprintf(f, "  %-24s", key);
+    print_cell(at(value, "min"), f), print_cell(at(value, "mean"), f), print_cell(at(value, "max"), f);
+    fprintf(f, " %9.3f\n", at(value, "max") / at(value, "mean"));
   }
-  fprintf(f, "\n  %-24s %10s\n", "of all ranks", "total");
+  fprintf(f, "\n  of all ranks together\n");
   json_object_foreach(detail, key, value) {
-    if (json_is_number(value)) fprintf(f, "  %-24s %10.10g\n", key, json_number_value(value));
+    if (!json_is_number(value)) continue;
+    fprintf(f, "  %-24s", key);
+    print_cell(json_number_value(value), f);
+    fputc('\n', f);
   }
 }
 
@@ -159,7 +183,10 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out) {
 
 void kith_report_print(const struct kith_report *report, bool all, FILE *out) {
   print_run(report, out);
+  bool judged = report->compared;
   if (report->compared) print_norms(&report->norms, out);
+  for (int k = 0; k < KITH_N_MEASURES; ++k) judged = judged || report->measured[k];
+  if (!judged) fputs("\n  no exact solution to compare with (exact.name; kith list exact)\n", out);
   for (int k = 0; k < KITH_N_MEASURES; ++k)
     if (report->measured[k] && isfinite(report->measure[k]))
       fprintf(out, "    %s %.5g\n", kith_measure_names[k], report->measure[k]);

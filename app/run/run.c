@@ -291,8 +291,9 @@ static void show_progress(struct run *run, bool last) {
   char node[24] = "-", left[32];
   if (it->limiting_node >= 0) snprintf(node, sizeof node, "%lld", (long long)it->limiting_node);
   kith_text_seconds(left, done > 0 ? (now - p->started) * (1 - done) / done : 0);
-  fprintf(stderr, "%8llu  %-12.6g %-11.4g %-14s %12s %10d %5.1f%%  %s\n", (unsigned long long)it->step,
-          it->time, it->dt, kith_limit_name(it->limiter), node, it->nodes->n_ghost, 100 * done, left);
+  fprintf(stderr, "%8llu  %-12.6g %-11.4g %-14s %12s %10llu %5.1f%%  %s\n", (unsigned long long)it->step,
+          it->time, it->dt, kith_limit_name(it->limiter), node, (unsigned long long)it->summary.ghosts,
+          100 * done, left);
 }
 
 /* Warns if the ranks on this computer have more threads than cores that they may use. */
@@ -529,7 +530,6 @@ static enum kith_exit carry_out(struct run *run) {
   return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
-/* Starts mpirun and waits: this process does no more than that. */
 /* The checkpoint that --restart names; of a directory that in it. NULL: none. */
 static const char *find_checkpoint(const char *named, char inside[1024]) {
   struct stat found;
@@ -538,6 +538,7 @@ static const char *find_checkpoint(const char *named, char inside[1024]) {
   return inside;
 }
 
+/* Starts mpirun and waits: this process does no more than that. */
 static enum kith_exit launch(const struct kith_options *options) {
   enum kith_exit code = KITH_EXIT_FAILED;
   if (options->ranks > kith_ranks_most()) {

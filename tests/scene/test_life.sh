@@ -116,6 +116,8 @@ output: {plot: false}
 END
 ok "$kith" run walls.yaml --quiet -o out
 [[ $(number angular_momentum_drift) == null ]] || wrong "angular momentum beside walls"
+grep -q "2-D, $(number gas_nodes) nodes and $(number frozen_nodes) frozen, " stdout ||
+  wrong "nodes: $(head -1 stdout)"
 ok "$kith" run walls.yaml --quiet -o out --overwrite --set regions.1.barrier=false
 [[ $(number angular_momentum_drift) != null ]] || wrong "angular momentum without walls"
 rm -rf out

@@ -61,6 +61,8 @@ static struct kith_report sample(void) {
                               .ranks = 1,
                               .threads = 2,
                               .nodes = 24000,
+                              .gas_nodes = 23000,
+                              .frozen_nodes = 64,
                               .steps = 210,
                               .time = 0.2,
                               .wall_seconds = 12.5,
@@ -140,8 +142,8 @@ static void keys(void) {
 }
 
 static json_t *detail_of_two(void) {
-  return json_pack("{s:{s:i,s:i,s:i},s:i}", "nodes", "min", 10, "mean", 11, "max", 12, "remote_ghosts_kept",
-                   77);
+  return json_pack("{s:{s:i,s:i,s:i},s:i,s:f}", "nodes", "min", 10, "mean", 11, "max", 1234567,
+                   "remote_ghosts_kept", 77, "largest_imbalance", 1.25);
 }
 
 /* With several ranks each stage has the seconds of all ranks. */
@@ -232,7 +234,10 @@ static void table(void) {
   plain.norms = (struct kith_norms){.nodes = 1};
   plain.kinetic_start = 0;
   kith_report_print(&plain, false, f);
-  plain.compared = false, plain.n_stages = 0;
+  plain.compared = false, plain.n_stages = 0, plain.momentum_drift = NAN, plain.gas_nodes = plain.nodes;
+  kith_report_print(&plain, false, f);
+  const long measures = ftell(f);
+  plain.measured = (const bool[KITH_N_MEASURES]){0};
   kith_report_print(&plain, false, f);
   fclose(f);
   for (const char *line = text; *line != '\0';) {
@@ -247,6 +252,11 @@ static void table(void) {
              *rest = strstr(text, "velocity 7.50e-01 of sound");
   CHECK(vortex != NULL && vortex > text + tube && strstr(vortex + 1, "angular momentum") == NULL);
   CHECK(rest != NULL && rest > vortex && strstr(rest + 30, "of sound") == NULL);
+  const char *changed = strstr(text, "momentum: walls or external forces change it"),
+             *alone = strstr(text, "no exact solution to compare with");
+  CHECK(changed > rest && strstr(text, " nodes (23000 of gas) and 64 frozen, ") < text + tube &&
+        alone > text + measures);
+  CHECK(strstr(changed, " of gas)") == NULL && strstr(changed, "momentum 0") == NULL);
   CHECK(strstr(text, "azimuthal") > text + tube && strstr(text, "0.25 of 0.5") != NULL);
   CHECK(strstr(text, "  connectivity") != NULL);
   free(text);
@@ -277,6 +287,8 @@ static void profile(void) {
   fclose(f);
   const char *row = strstr(text, "    rows ");
   CHECK(row != NULL && strstr(row, " 0.25000     0.50000     0.75000      1.50\n") != NULL);
+  CHECK(strstr(row, ", at most 1.250\n") != NULL && strstr(row, "         11    1234567 ") != NULL);
+  CHECK(strstr(row, "  of all ranks together\n") != NULL);
   CHECK(strstr(row, "  remote_ghosts_kept               77\n") != NULL &&
         strstr(row, "  0.0 %          -        -       -      1.50\n") != NULL);
   row = strstr(row + 1, "    rows ");
