@@ -76,7 +76,9 @@ void kith_fom_print(const struct kith_fom *fom, FILE *out);
   X(REAL, pair_evaluations, "pair_evaluations", sum[2], "", "evaluations of a pair function")             \
   X(REAL, energy_drift, "energy_drift", b->energy_drift, "", "relative change of the total energy")       \
   X(REAL, momentum_drift, "momentum_drift", b->momentum_drift, "",                                        \
-    "change of the momentum over sum m max(|v|, c); null where walls or external forces change it")       \
+    "change of the momentum over sum m max(|v|, c), along momentum_axes")                                 \
+  X(COUNT, momentum_axes, "momentum_axes", kith_simulation_momentum_axes(m), "",                          \
+    "number of axes along which no wall and no external force changes the momentum")                      \
   X(REAL, angular_momentum_drift, "angular_momentum_drift", b->angular_drift, "",                         \
     "likewise, of the angular momentum about the center")                                                 \
   X(REAL, kinetic_start, "kinetic.start", b->totals.kinetic, "scene", "kinetic energy at the start")      \

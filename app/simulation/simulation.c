@@ -538,6 +538,16 @@ static bool is_free(const struct kith_simulation *m, int axis) {
          m->hydro.external_force.gravity[axis] == 0;
 }
 
+static bool keeps_momentum(const struct kith_simulation *m, int axis) {
+  return is_free(m, axis) && m->hydro.external_force.mass == 0;
+}
+
+int kith_simulation_momentum_axes(const struct kith_simulation *m) {
+  int n = 0;
+  for (int a = 0; a < NDIM; ++a) n += keeps_momentum(m, a);
+  return n;
+}
+
 static bool can_turn(const struct kith_simulation *m) {
   bool can = NDIM > 1;
   for (int a = 0; a < NDIM; ++a) can = can && is_free(m, a) && !kith_scene_passes(m->scene, a);
@@ -561,9 +571,9 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
                moved = fmax(fabs(now->work - then->work), fabs(now->through.energy)),
                e = fmax(fmax(fmax(fabs(e0), moved), now->kinetic), least);
   const double energy = fabs(kith_totals_energy(now) - e0) / (e > 0 ? e : 1);
-  double momentum = NAN, angular2 = 0;
+  double momentum = 0, angular2 = 0;
   for (int a = 0; a < NDIM; ++a)
-    if (is_free(simulation, a) && simulation->hydro.external_force.mass == 0)
+    if (keeps_momentum(simulation, a))
       momentum = fmax(momentum, fabs((now->momentum[a] - now->through.momentum[a]) -
                                      (then->momentum[a] - then->through.momentum[a])));
   for (int a = 0; a < 3; ++a)
@@ -572,7 +582,7 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
   const double angular =
       can_turn(simulation) ? sqrt(angular2) / scale(now->angular_scale, then->angular_scale) : NAN;
   baseline->energy_drift = fmax(baseline->energy_drift, energy);
-  baseline->momentum_drift = isnan(momentum) ? NAN : fmax(baseline->momentum_drift, momentum);
+  baseline->momentum_drift = fmax(baseline->momentum_drift, momentum);
   baseline->angular_drift = isnan(angular) ? NAN : fmax(baseline->angular_drift, angular);
   baseline->kinetic_least = fmin(baseline->kinetic_least, now->kinetic);
   baseline->kinetic_rebound = fmax(baseline->kinetic_rebound, now->kinetic - baseline->kinetic_least);

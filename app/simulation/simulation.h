@@ -65,7 +65,7 @@ void kith_simulation_bytes(const struct kith_simulation *simulation,
  *             through (hydro.h); E0 may be next to 0 in cold gas, where the pressure takes nothing from the
  *             energy, or where potential energies cancel it
  *   momentum  max_a |p_a - p0_a| / max(S, S0),  S = sum m max(|v|, c), p without what came through;
- *             axes without walls and external forces only; NaN if there is none
+ *             axes without walls and external forces only; 0 if there is none
  *   angular   |L - L0| / max(S, S0),            L about the center (hydro.h), S = sum m |r x v|; NaN in 1-D,
  *             with walls or uniform gravity, and with frozen nodes, which give angular momentum to the gas
  *   rebound   largest rise of the kinetic energy above its minimum until then
@@ -84,5 +84,7 @@ struct kith_conservation_baseline kith_conservation_baseline_of(const struct kit
 void kith_conservation_baseline_update(struct kith_conservation_baseline *baseline,
                                        const struct kith_simulation *simulation,
                                        const struct kith_totals *now);
+/* Returns the number of axes along which neither walls nor an external force change the momentum. */
+int kith_simulation_momentum_axes(const struct kith_simulation *simulation);
 
 #endif

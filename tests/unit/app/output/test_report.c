@@ -73,6 +73,7 @@ static struct kith_report sample(void) {
                               .pair_evaluations = 3.1e9,
                               .energy_drift = -1.5e-13,
                               .momentum_drift = INFINITY,
+                              .momentum_axes = 2,
                               .angular_momentum_drift = 0.0625,
                               .kinetic_start = 0.5,
                               .kinetic_end = 0.25,
@@ -234,7 +235,7 @@ static void table(void) {
   plain.norms = (struct kith_norms){.nodes = 1};
   plain.kinetic_start = 0;
   kith_report_print(&plain, false, f);
-  plain.compared = false, plain.n_stages = 0, plain.momentum_drift = NAN, plain.gas_nodes = plain.nodes;
+  plain.compared = false, plain.n_stages = 0, plain.momentum_axes = 0, plain.gas_nodes = plain.nodes;
   kith_report_print(&plain, false, f);
   const long measures = ftell(f);
   plain.measured = (const bool[KITH_N_MEASURES]){0};
