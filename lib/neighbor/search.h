@@ -101,6 +101,7 @@ struct kith_search_ops {
   /* Only these nodes moved or changed their radius, and there are no ghosts any more if n is n_internal now;
    * their groups are gone already, the others are those of before. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
+  /* Visits the interactions of its cells, each once (struct kith_sweep). NULL: it has no cells. */
   kith_status (*sweep)(const struct kith_search *search, const struct kith_sweep *sweep, void *context);
   size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */
   const char *const *counters; /* names of search->count, the last is NULL; NULL: none */
