@@ -1,6 +1,7 @@
 /* Parameters of a scene: maps of the YAML tree, read by tables. */
 #include "app/scene/params.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "app/scene/expression.h"
@@ -28,11 +29,30 @@ static kith_status read_expression(const struct kith_config_node *node, void *in
   return KITH_OK;
 }
 
+/* Reads a number, or a formula without variables, as 5/3. */
+static kith_status read_number(const struct kith_param *param, const struct kith_config_node *node,
+                               void *into) {
+  struct kith_expression *formula = NULL;
+  char digits[32];
+  kith_status status = kith_param_parse(param, node->text, into);
+  if (status == KITH_OK || strstr(kith_failure(), "is not a number") == NULL) return status;
+  status = read_expression(node, &formula);
+  if (status == KITH_BAD_INPUT) return kith_param_parse(param, node->text, into); /* its message */
+  KITH_TRY(status);
+  const double value = kith_expression_constant(formula);
+  kith_expression_destroy(&formula);
+  if (!isfinite(value))
+    KITH_FAIL(BAD_INPUT, "'%.60s' is not a number: it has variables, or is not finite", node->text);
+  snprintf(digits, sizeof digits, "%.17g", value);
+  return kith_param_parse(param, digits, into);
+}
+
 static kith_status read_scalar(const struct kith_param *param, const struct kith_config_node *node,
                                void *into) {
   KITH_TRY(kith_config_want(node, KITH_CONFIG_SCALAR));
   if (node->null) return kith_config_fail(node, NULL, "has no value");
   const kith_status status = param->kind == KITH_PARAM_EXPRESSION ? read_expression(node, into)
+                             : param->kind == KITH_PARAM_NUMBER   ? read_number(param, node, into)
                                                                   : kith_param_parse(param, node->text, into);
   return status == KITH_BAD_INPUT ? kith_config_fail(node, NULL, "%s", kith_failure()) : status;
 }
@@ -99,6 +119,15 @@ kith_status kith_param_value(const struct kith_param *param, const struct kith_c
   return KITH_OK;
 }
 
+/* The default of a row: of {1d: a, 2d: b, 3d: c} that for the dimension of the scene, which `text` holds. */
+static const char *default_of(const struct kith_param *param, const struct kith_config_node *node,
+                              char text[64]) {
+  if (param->fallback == NULL || param->fallback[0] != '{') return param->fallback;
+  while (node->parent != NULL) node = node->parent;
+  sscanf(strstr(param->fallback, dimension_keys[node->dimension - 1]), "%*[^:]: %63[^,}]", text);
+  return text;
+}
+
 kith_status kith_param_read(const struct kith_param *param, const struct kith_config_node *map, void *base) {
   const struct kith_config_node *node = kith_config_child(map, param->key);
   void *into = (char *)base + param->offset;
@@ -109,7 +138,8 @@ kith_status kith_param_read(const struct kith_param *param, const struct kith_co
   if (node != NULL) return kith_param_value(param, node, into);
   const bool formulas = param->kind == KITH_PARAM_EXPRESSION || param->kind == KITH_PARAM_EXPRESSIONS;
   const bool fixed = param->fallback != NULL && param->fallback[0] != '\0' && !formulas;
-  return fixed ? kith_param_parse(param, param->fallback, into) : KITH_OK;
+  char text[64];
+  return fixed ? kith_param_parse(param, default_of(param, map, text), into) : KITH_OK;
 }
 
 kith_status kith_scene_dimension(const char *path, int n_overrides, const char *const *overrides,
@@ -341,7 +371,8 @@ static bool is_default_vector(const struct kith_param *row, const struct kith_co
 static bool is_default(const struct kith_param *row, const struct kith_config_node *value) {
   if (row == NULL || row->fallback == NULL) return false;
   if (value->kind == KITH_CONFIG_LIST) return is_default_vector(row, value);
-  return value->kind == KITH_CONFIG_SCALAR && same_text(value->text, row->fallback);
+  char text[64];
+  return value->kind == KITH_CONFIG_SCALAR && same_text(value->text, default_of(row, value, text));
 }
 
 /* The row of a key that the chosen member has, in either of two scenes, of which b may be NULL. */

@@ -376,6 +376,7 @@ void kith_scene_destroy(struct kith_scene **scene) {
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text) {
   struct kith_config *config;
   KITH_TRY(kith_config_parse(&config, "checkpoint", text, strlen(text)));
+  config->root->dimension = NDIM;
   const kith_status status = kith_config_compare(scene_params, scene->config->root, config->root);
   kith_config_destroy(&config);
   return status;

@@ -3,14 +3,6 @@
 #include "app/scene/scene_parts.h"
 #include "lib/core/choices.h"
 
-#if NDIM == 1
-#define DEFAULT_LATTICE "cubic"
-#elif NDIM == 2
-#define DEFAULT_LATTICE "hcp"
-#else
-#define DEFAULT_LATTICE "bcc"
-#endif
-
 const char *const kith_lattice_names[] = {
 #define X(name, word, doc) #word,
     KITH_LATTICE_LIST(X)
@@ -30,7 +22,7 @@ const struct kith_param kith_region_params[] = {
     {"where", KITH_PARAM_MAP, "", "",
      "where the region is: inside of all that is given; none: the whole domain",
      KITH_BELOW(where_params, MAP)},
-    {"lattice", KITH_PARAM_CHOICE, DEFAULT_LATTICE, KITH_LATTICE_LIST(KITH_AS_LISTED_CHOICE),
+    {"lattice", KITH_PARAM_CHOICE, "{1d: cubic, 2d: hcp, 3d: bcc}", KITH_LATTICE_LIST(KITH_AS_LISTED_CHOICE),
      "arrangement of the nodes; not fcc in 2-D", IN(lattice)},
     {"jitter", KITH_PARAM_NUMBER, "0", "[0, 0.5]", "largest random displacement along an axis, in spacings",
      IN(jitter)},

@@ -428,11 +428,11 @@ static void warn_of_mirrors(const struct kith_scene *scene) {
                  at_upper =
                      upper != NULL && upper->mirrors && region->where.extent[a][1] >= scene->domain.upper[a];
       if (!ordered || !(at_lower || at_upper)) continue;
-      fprintf(
-          stderr,
-          "kith: warning: regions.%d.lattice: %s does not continue through the mirror along %c, gas at rest "
-          "beside it moves; take cubic, a periodic axis, or frozen nodes\n",
-          r, kith_lattice_names[region->lattice], "xyz"[a]);
+      fprintf(stderr,
+              "kith: warning: regions.%d.lattice: %s%s does not continue through the mirror along %c, gas at "
+              "rest beside it moves; take cubic, a periodic axis, or frozen nodes\n",
+              r, kith_lattice_names[region->lattice],
+              kith_config_child(region->node, "lattice") == NULL ? ", the default," : "", "xyz"[a]);
       return;
     }
 }

@@ -78,7 +78,8 @@ enum kith_param_role { KITH_ROLE_STATE, KITH_ROLE_OUTPUT, KITH_ROLE_FREE };
 struct kith_param {
   const char *key; /* NULL ends a table */
   enum kith_param_kind kind;
-  const char *fallback; /* default, as it is written; NULL: required; "": the value stays as it is */
+  const char *fallback; /* default, as it is written, in a scene also {1d: a, 2d: b, 3d: c}; NULL: required;
+                         * "": the value stays as it is */
   const char *allowed;  /* range "(0, 1]" or choices "a|b|c"; "": any */
   const char *doc;
   size_t offset, size;
