@@ -11,7 +11,7 @@
  *                      and 3/4 (McNally, Lyra and Passy, Astrophys. J. Suppl. 201 (2012) 18)
  *   growth             rate of a Rayleigh-Taylor mode of one wave along x, at an interface in the middle of
  *                      the domain along y: its amplitude a grows as a(0) cosh(rate t) while it is small, if
- *                      the interface starts at rest. NaN if it shrinks
+ *                      the interface starts flat. NaN if it shrinks
  *   ripple             amplitude of the same mode, weighted for one that falls as v_y ~ exp(-k |y|) with the
  *                      distance from the interface
  *   spread             of a ring about the center: standard deviation of the radius of the masses, over that
@@ -42,7 +42,9 @@
   X(vortex_viscosity,                                                                                       \
     "numerical viscosity, from the decay of Taylor-Green vortices, one wave along x and y")                 \
   X(mcnally, "amplitude of a Kelvin-Helmholtz mode, as McNally et al. define it")                           \
-  X(growth, "growth rate of a Rayleigh-Taylor mode")                                                        \
+  X(growth,                                                                                                 \
+    "growth rate of a velocity along y that is one wave along x: of an interface in the middle along y, "   \
+    "flat at the start")                                                                                    \
   X(ripple, "velocity amplitude of a ripple on the middle plane, for a mode that falls as e^-k|y|")         \
   X(spread, "width of a ring about the center, over its width at the start")                                \
   X(separation, "smallest distance of two nodes, in spacings")                                              \

@@ -450,29 +450,33 @@ kith_status kith_config_compare(const struct kith_param *params, const struct ki
 
 static void print_params(const struct kith_param *params, int indent, bool item, FILE *file);
 
-/* Prints "# required; what it means (a, b); in (0, 1]". */
-static void print_comment(const struct kith_param *param, const char *owners, int written, FILE *file) {
+/* Prints "# required; what it means (a, b); in (0, 1]". derives: of a member that derives it. */
+static void print_comment(const struct kith_param *param, const char *owners, bool derives, int written,
+                          FILE *file) {
   char members[ROOM] = "", choices[ROOM];
   if (param->family != NULL) kith_family_choices(param->family, members, sizeof members);
   const char *allowed = param->family != NULL ? members : param->allowed;
   const bool range = allowed[0] == '(' || allowed[0] == '[';
   kith_choices_format(allowed, choices, sizeof choices);
-  fprintf(file, "%*s# %s%s", KITH_MAX(1, 36 - written), "", param->fallback == NULL ? "required; " : "",
+  fprintf(file, "%*s# %s%s", KITH_MAX(1, 36 - written), "",
+          param->fallback != NULL ? ""
+          : derives               ? "required unless it follows from the scene; "
+                                  : "required; ",
           param->doc);
   if (owners[0] != '\0') fprintf(file, " (%s)", owners);
   fprintf(file, "%s%s\n", allowed[0] == '\0' ? "" : range ? "; in " : "; one of ", choices);
 }
 
 /* idle: the key means something only beside other values than the defaults, so that it is commented out. */
-static void print_param(const struct kith_param *param, const char *owners, bool idle, int indent, bool item,
-                        FILE *file) {
+static void print_param(const struct kith_param *param, const char *owners, bool derives, bool idle,
+                        int indent, bool item, FILE *file) {
   const char *value = param->fallback == NULL ? "" : param->fallback;
   const int written = fprintf(file, "%*s%s%s:%s%s", item ? indent - 2 : indent, "",
                               item   ? "- "
                               : idle ? "# "
                                      : "",
                               param->key, value[0] != '\0' ? " " : "", value);
-  print_comment(param, owners, written, file);
+  print_comment(param, owners, derives, written, file);
   if (param->params == NULL || param->form == KITH_FORM_VALUE || idle) return;
   if (param->form == KITH_FORM_NAMED) fprintf(file, "%*sNAME:\n", indent + 2, "");
   print_params(param->params, indent + (param->form == KITH_FORM_MAP ? 2 : 4), param->form == KITH_FORM_LIST,
@@ -492,7 +496,7 @@ static void print_params(const struct kith_param *params, int indent, bool item,
         of_member ? kith_params_find(kith_family_member(r.family, chosen).params, p->key) : p;
     const bool idle = (p->needs != NULL && !holds(p, needed_row(table, p)->fallback)) || of_chosen == NULL ||
                       !is_alike(p, of_chosen);
-    print_param(p, owners, idle, indent, item && p == params, file);
+    print_param(p, owners, of_member && chooser->derives, idle, indent, item && p == params, file);
   }
 }
 

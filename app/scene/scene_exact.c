@@ -8,7 +8,7 @@ static const struct kith_param window_params[] = {
     {0}};
 const struct kith_param kith_exact_params[] = {
     {"name", KITH_PARAM_MEMBER, NULL, "", "the solution; what follows from the scene need not be given",
-     .family = kith_exact_member},
+     .family = kith_exact_member, .derives = true},
     {"window", KITH_PARAM_OTHER, "", "", "where the norms are taken; none: everywhere",
      KITH_BELOW(window_params, MAP)},
     {0}};

@@ -86,6 +86,7 @@ struct kith_param {
   const struct kith_param *params; /* MAP: its rows; OTHER: rows for the reference */
   enum kith_param_form form;
   kith_family *family;       /* MEMBER, NAME: who can be chosen; NULL: none */
+  bool derives;              /* MEMBER: what a member requires need not be given if the scene tells it */
   enum kith_param_role role; /* of a map: of all that is in it */
   const char
       *needs; /* "steps=block", "name!=none": means nothing unless another row has this, or another value */
