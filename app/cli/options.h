@@ -17,11 +17,12 @@
     "predict what a scene builds and why, its memory, time step and cost; nothing is written")         \
   X(bench, "", "measure time and bytes of each stage, beside plain loops and the bandwidth of memory") \
   X(list, "[FAMILY]", "show what a scene can choose from; 'list scene': every key of a scene")
-#define KITH_STUDY_VERBS(X)                                                            \
-  X(validate, "[SUITE|FILE]",                                                          \
-    "run scenes and compare their errors with bounds; 'validate list': the suites")    \
-  X(chart, "SUITE", "compare methods by error against cost; 'chart list': the suites") \
-  X(stress, "[SWEEP|FILE]", "find where methods stop working, by one parameter; 'stress list': the sweeps")
+#define KITH_STUDY_VERBS(X)                                                                 \
+  X(validate, "[SUITE|FILE]",                                                               \
+    "run scenes and compare their errors with bounds; 'validate list': suites and keys")    \
+  X(chart, "SUITE", "compare methods by error against cost; 'chart list': suites and keys") \
+  X(stress, "[SWEEP|FILE]",                                                                 \
+    "find where methods stop working, by one parameter; 'stress list': sweeps and keys")
 #define KITH_LAUNCHER_VERBS(X)       \
   X(build, "", "build the programs") \
   X(test, "[quick]",                 \

@@ -118,8 +118,9 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
   struct cloud c;
   fprintf(f,
           "# %s: error against cost\n\nScene %s in %d-D, %d methods at %d resolutions. kith %s, one run at a "
-          "time on %d thread%s. Norms are weighted by volume, against the exact solution. A method is on the "
-          "front at a resolution if no run is both cheaper and more accurate.\n",
+          "time on %d thread%s. Norms are weighted by volume, against the exact solution. Costs are those at "
+          "one error, and so is the resolution, between two runs. On the front are runs, by resolution, for "
+          "which no other is both cheaper and more accurate.\n",
           s->name, s->scene, s->dimension, s->n_methods, s->n_values, kith_version(), s->job->threads,
           s->job->threads == 1 ? "" : "s");
   for (int measure = 0; measure < s->n_measures; ++measure) {

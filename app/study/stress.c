@@ -105,6 +105,8 @@ static kith_status list(struct kith_study *w) {
     put_bound(stdout, s);
     printf(": %s\n", s->reason);
   }
+  putchar('\n');
+  kith_sweeps_reference();
   return KITH_OK;
 }
 

@@ -1,38 +1,8 @@
 /* study.h - many runs. A job is one of them: a scene with settings, started as a process of its own, and the
  * numbers that its report holds. Charts, stress sweeps and validation are made of jobs.
  *
- * A measure is what is read from the report of a run:
- *
- *   norms.density.l1         the number at a dotted key of report.json
- *   A / B, or A / B - 1      the ratio of two keys, or its distance from 1
- *   shock                    short for norms.shock_radius / norms.shock_exact - 1
- *
- * A suite for `kith chart` is a YAML file:
- *
- *   scene: sod                        # a scene of inputs, or a path, relative to the suite's folder
- *   dimension: 1                      # none: the scene's
- *   settings: {scheme.cfl: 0.2}       # for every run; keys as in --set, or nested; `ranks`, `threads`
- *   methods:                          # names for settings; none: one method, the scene's
- *     - {name: sph alpha 1, settings: {method.viscosity.name: monaghan}}
- *   resolution: [50, 100, 200]        # ascending
- *   norms: [density.l1, velocity.l1]  # what is charted: norms of the report
- *   targets: [0.01, 0.02]             # for each norm the error at which costs are compared; none: the
- *                                     # largest at the finest resolution
- *   reference_codes:                  # points of other codes, measured elsewhere, that are shown beside
- *     - {code: SWIFT, version: v1, machine: 2 cores, resolution: 50, cpu_seconds: 3,
- *        norms: {density.l1: 0.1}}
- *
- * A file of sweeps for `kith stress` has `methods` and `sweeps`, each with scene, dimension, settings and
- *
- *     name: cfl-sod
- *     parameter: Courant number              # what is varied
- *     measure: norms.density.l1
- *     at_most: 1.1                           # or at_least: what still counts as working
- *     of_first: true                         # the measure over its value at the first value of the method
- *     reason: errors of the steps stay below a tenth of those of the nodes
- *     values: {scheme.cfl: [0.1, 0.2, 0.3]}  # from mild to hard; or a list of {value: 10, settings: {...}}
- *
- * The order in which settings apply: settings, --set of the command line, method, value.
+ * The manual's page studies.md has measures, the keys of suites and sweeps, which are in tables in suite.c,
+ * and the order in which settings apply.
  *
  * DIR/points.csv has a line for each job, DIR/runs/NAME what it left but for its snapshots, NAME.log what it
  * printed, NAME.failed why it failed, if it says so; NAME ends with a hash of the scene, its bases and
@@ -130,7 +100,9 @@ struct kith_study {
 kith_status kith_suite_read(struct kith_study *study, const char *subject);
 /* Reads the sweeps of a file, or the one called `only`. */
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);
+/* Prints the names of all suites, and the keys of one; of a file of sweeps. */
 kith_status kith_suite_list(struct kith_study *study);
+void kith_sweeps_reference(void);
 /* Fails with BAD_INPUT "WHAT 'NAME'", and the nearest of "a|b|c", or all of them. */
 kith_status kith_study_unknown(const char *what, const char *name, const char *choices);
 /* BAD_INPUT "WHAT 'NAME': no folder inputsFOLDER" and where it is looked for, if it is not there. */

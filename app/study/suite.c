@@ -12,36 +12,6 @@
 #include "app/scene/params.h"
 #include "lib/core/choices.h"
 
-#define IN(member) KITH_INTO(struct kith_suite, member)
-#define COMMON                                                                             \
-  {"scene", KITH_PARAM_NAME, NULL, "", "a scene of inputs, or a path", IN(scene)},         \
-      {"dimension", KITH_PARAM_INTEGER, "0", "[0, 3]", "0: the scene's", IN(dimension)}, { \
-    "settings", KITH_PARAM_OTHER, "", "", "for every run", KITH_BELOW(NULL, MAP)           \
-  }
-static const struct kith_param suite_params[] = {
-    COMMON,
-    {"methods", KITH_PARAM_OTHER, "", "", "names for settings", KITH_BELOW(NULL, LIST)},
-    {"resolution", KITH_PARAM_OTHER, NULL, "", "ascending", KITH_BELOW(NULL, LIST)},
-    {"norms", KITH_PARAM_OTHER, "", "", "what is charted", KITH_BELOW(NULL, LIST)},
-    {"targets", KITH_PARAM_OTHER, "", "", "errors at which costs are compared", KITH_BELOW(NULL, LIST)},
-    {"reference_codes", KITH_PARAM_OTHER, "", "", "points of other codes", KITH_BELOW(NULL, LIST)},
-    {0}};
-static const struct kith_param sweep_params[] = {
-    COMMON,
-    {"name", KITH_PARAM_NAME, NULL, "", "what it is called", IN(name)},
-    {"parameter", KITH_PARAM_NAME, NULL, "", "what is varied", IN(parameter)},
-    {"measure", KITH_PARAM_NAME, NULL, "", "of the report", IN(measure[0])},
-    {"at_most", KITH_PARAM_NUMBER, "", "", "the bound", IN(at_most)},
-    {"at_least", KITH_PARAM_NUMBER, "", "", "the bound", IN(at_least)},
-    {"of_first", KITH_PARAM_BOOL, "false", "", "over the measure at the first value", IN(of_first)},
-    {"reason", KITH_PARAM_NAME, NULL, "", "of the bound", IN(reason)},
-    {"values", KITH_PARAM_OTHER, NULL, "", "a key with values, or a list of settings",
-     KITH_BELOW(NULL, LIST)},
-    {0}};
-static const struct kith_param file_params[] = {
-    {"methods", KITH_PARAM_OTHER, "", "", "names for settings", KITH_BELOW(NULL, LIST)},
-    {"sweeps", KITH_PARAM_OTHER, NULL, "", "what is varied", KITH_BELOW(NULL, LIST)},
-    {0}};
 /* Name and settings of a method or a value. */
 struct named {
   char name[KITH_JOB_LABEL];
@@ -61,8 +31,50 @@ static const struct kith_param code_params[] = {
     {"machine", KITH_PARAM_NAME, NULL, "", "where it was measured", OF_CODE(machine)},
     {"resolution", KITH_PARAM_NUMBER, NULL, "(0, inf)", "nodes per unit length", OF_CODE(resolution)},
     {"cpu_seconds", KITH_PARAM_NUMBER, NULL, "(0, inf)", "cores times wall time", OF_CODE(cpu_seconds)},
-    {"norms", KITH_PARAM_OTHER, NULL, "", "as density.l1", KITH_BELOW(NULL, MAP)},
+    {"norms", KITH_PARAM_OTHER, NULL, "", "errors by norm: {density.l1: 0.1}", KITH_BELOW(NULL, MAP)},
     {0}};
+#define IN(member) KITH_INTO(struct kith_suite, member)
+#define COMMON                                                                                               \
+  {"scene",  KITH_PARAM_NAME, NULL, "", "a scene of inputs, or a path from the folder of this file",         \
+   IN(scene)},                                                                                               \
+      {"dimension", KITH_PARAM_INTEGER, "0", "[0, 3]", "0: the scene's", IN(dimension)}, {                   \
+    "settings", KITH_PARAM_OTHER, "", "", "for every run: keys as in --set, or nested; also ranks, threads", \
+        KITH_BELOW(NULL, MAP)                                                                                \
+  }
+#define METHODS                                                                        \
+  {                                                                                    \
+    "methods", KITH_PARAM_OTHER, "", "", "names for settings; none: one, the scene's", \
+        KITH_BELOW(method_params, LIST)                                                \
+  }
+static const struct kith_param suite_params[] = {
+    COMMON,
+    METHODS,
+    {"resolution", KITH_PARAM_OTHER, NULL, "", "list of nodes per unit length, ascending",
+     KITH_BELOW(NULL, LIST)},
+    {"norms", KITH_PARAM_OTHER, "", "", "list of the norms that are charted; none: [density.l1]",
+     KITH_BELOW(NULL, LIST)},
+    {"targets", KITH_PARAM_OTHER, "", "",
+     "for each norm the error at which costs are compared; none: the largest at the finest resolution",
+     KITH_BELOW(NULL, LIST)},
+    {"reference_codes", KITH_PARAM_OTHER, "", "", "points of other codes, measured elsewhere",
+     KITH_BELOW(code_params, LIST)},
+    {0}};
+static const struct kith_param sweep_params[] = {
+    {"name", KITH_PARAM_NAME, NULL, "", "what it is called", IN(name)},
+    COMMON,
+    {"parameter", KITH_PARAM_NAME, NULL, "", "what is varied, in words", IN(parameter)},
+    {"measure", KITH_PARAM_NAME, NULL, "", "what is judged", IN(measure[0])},
+    {"at_most", KITH_PARAM_NUMBER, "", "", "what still counts as working; this or at_least", IN(at_most)},
+    {"at_least", KITH_PARAM_NUMBER, "", "", "what still counts as working", IN(at_least)},
+    {"of_first", KITH_PARAM_BOOL, "false", "",
+     "the measure is divided by that at the first value, with the same method", IN(of_first)},
+    {"reason", KITH_PARAM_NAME, NULL, "", "why this bound", IN(reason)},
+    {"values", KITH_PARAM_OTHER, NULL, "",
+     "from mild to hard: {scheme.cfl: [0.1, 0.2]}, or a list of names with settings",
+     KITH_BELOW(value_params, LIST)},
+    {0}};
+static const struct kith_param file_params[] = {
+    METHODS, {"sweeps", KITH_PARAM_OTHER, NULL, "", "what is varied", KITH_BELOW(sweep_params, LIST)}, {0}};
 static const struct kith_param positive = {"resolution", KITH_PARAM_NUMBER,     NULL, "(0, inf)",
                                            "",           .size = sizeof(double)};
 static const char norm_choices[] =
@@ -365,8 +377,11 @@ kith_status kith_suite_list(struct kith_study *study) {
   char names[2048] = "", told[2048];
   add_names(&study->programs, "/suites", names, sizeof names);
   kith_choices_format(names, told, sizeof told);
-  printf("%s\nThe first lines of each file in inputs/suites say what it shows and how long it takes.\n",
-         told);
+  printf(
+      "%s\nThe first lines of each file in inputs/suites say what it shows and how long it takes.\n\n"
+      "# Every key of a file for kith chart: its default, what it means, what it may be.\n",
+      told);
+  kith_params_reference(suite_params, stdout);
   return KITH_OK;
 }
 
@@ -401,6 +416,11 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
     if (only == NULL || strcmp(name, only) == 0) KITH_TRY(read_sweep(&c->suite[c->n++], node, methods, c));
   }
   return c->n > 0 ? KITH_OK : kith_study_unknown("stress: no sweep", only != NULL ? only : "", names);
+}
+
+void kith_sweeps_reference(void) {
+  puts("# Every key of a file for kith stress: its default, what it means, what it may be.");
+  kith_params_reference(file_params, stdout);
 }
 
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only) {

@@ -261,7 +261,8 @@ static void list(void) {
       "ranks   runs of 1 to 8 processes against one: bitwise identical, balance, ghosts; minutes\n"
       "readme  the figures of README and manual: do their commands print them? readme-quick: in seconds\n"
       "decks   small, medium and large runs of a proxy application, with their stored results\n"
-      "The rows are in inputs/validation; a file of one's own may have others.");
+      "The rows are in inputs/validation; a file of one's own may have others.\n");
+  kith_rows_reference();
 }
 
 /* Has `kith plan` check all rows of one's own file before any is run; those of inputs are right. */

@@ -15,29 +15,39 @@ struct entry {
 #define IN(member) KITH_INTO(struct entry, member)
 static const struct kith_param row_params[] = {
     {"name", KITH_PARAM_NAME, "", "", "what it is called, and its directory", IN(row.job.label)},
-    {"quick", KITH_PARAM_BOOL, "", "", "takes seconds", IN(row.quick)},
-    {"dimension", KITH_PARAM_INTEGER, "", "[0, 3]", "of the scene", IN(row.job.dimension)},
-    {"scene", KITH_PARAM_NAME, "", "", "a scene of inputs, or a path; none: the run of the row before",
+    {"quick", KITH_PARAM_BOOL, "", "", "takes seconds: a row of the quick suite", IN(row.quick)},
+    {"scene", KITH_PARAM_NAME, "", "",
+     "a scene of inputs, or a path from the folder of this file; none: measures the run of the row before",
      IN(scene)},
-    {"settings", KITH_PARAM_NAME, "", "", "key=value, separated by blanks", IN(settings)},
+    {"dimension", KITH_PARAM_INTEGER, "", "[0, 3]", "none: the scene's", IN(row.job.dimension)},
+    {"settings", KITH_PARAM_NAME, "", "", "those of --set, separated by blanks", IN(settings)},
     {"ranks", KITH_PARAM_INTEGER, "", "[0, 1000]", "processes", IN(row.job.ranks)},
     {"threads", KITH_PARAM_INTEGER, "", "[0, 1000]", "threads of each", IN(row.job.threads)},
-    {"steps", KITH_PARAM_INTEGER, "", "[0, inf)", "after which the run ends", IN(row.job.steps)},
-    {"restart", KITH_PARAM_NAME, "", "", "the row whose last checkpoint it continues", IN(row.restart)},
+    {"steps", KITH_PARAM_INTEGER, "", "[0, inf)", "ends the run after so many", IN(row.job.steps)},
+    {"restart", KITH_PARAM_NAME, "", "", "the row above whose last checkpoint it continues", IN(row.restart)},
     {"measure", KITH_PARAM_NAME, "", "", "what is measured", IN(row.measure)},
-    {"at_most", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_most)},
+    {"at_most", KITH_PARAM_NUMBER, "", "", "the bound; this, at_least or prints", IN(row.at_most)},
     {"at_least", KITH_PARAM_NUMBER, "", "", "the bound", IN(row.at_least)},
-    {"prints", KITH_PARAM_NAME, "", "", "the figure that a document prints", IN(row.prints)},
-    {"within", KITH_PARAM_NUMBER, "", "(0, 1)", "the part by which it may differ", IN(row.within)},
-    {"same", KITH_PARAM_NAME, "", "", "bits, or a fraction of the largest value of a field", IN(row.same)},
-    {"like", KITH_PARAM_NAME, "", "", "the row whose last snapshot is the same", IN(row.like)},
-    {"source", KITH_PARAM_NAME, "", "", "of the bound", IN(row.source)},
-    {"over", KITH_PARAM_OTHER, "", "", "of a group: its factors and their values", KITH_BELOW(NULL, MAP)},
+    {"prints", KITH_PARAM_NAME, "", "", "the figure that a document prints: holds to its last digit",
+     IN(row.prints)},
+    {"within", KITH_PARAM_NUMBER, "", "(0, 1)", "the part by which it may differ instead", IN(row.within)},
+    {"same", KITH_PARAM_NAME, "", "",
+     "how far the last snapshot is that of the row like: bits, or a fraction of the largest value of a field",
+     IN(row.same)},
+    {"like", KITH_PARAM_NAME, "", "", "a row above", IN(row.like)},
+    {"source", KITH_PARAM_NAME, "", "", "where the bound is from", IN(row.source)},
+    {"over", KITH_PARAM_OTHER, "", "", "of a group: its factors, each with a list of values",
+     KITH_BELOW(NULL, MAP)},
     {"rows", KITH_PARAM_OTHER, "", "", "of a group: its rows", KITH_BELOW(NULL, LIST)},
     {0}};
 
 static const struct kith_param file_params[] = {
-    {"rows", KITH_PARAM_OTHER, NULL, "", "what is validated", KITH_BELOW(NULL, LIST)}, {0}};
+    {"rows", KITH_PARAM_OTHER, NULL, "", "what is validated", KITH_BELOW(row_params, LIST)}, {0}};
+
+void kith_rows_reference(void) {
+  puts("# Every key of a file for kith validate: its default, what it means, what it may be.");
+  kith_params_reference(file_params, stdout);
+}
 
 struct rows {
   const struct kith_programs *programs;
@@ -56,7 +66,8 @@ static void read_measure(struct kith_row *row) {
   if (sscanf(text, "order %d%n", &row->number, &end) != 1 || text[end] != '\0') row->number = 0;
 }
 
-static kith_status check_row(const struct kith_config_node *node, const struct kith_row *row) {
+/* Checks a row, and sets its dimension, unless it is given, to that of the scene. */
+static kith_status check_row(const struct kith_config_node *node, struct kith_row *row) {
   const char *name = row->job.label;
   if (name[0] == '\0') return kith_config_fail(node, "name", "missing");
   if (kith_config_child(node, "over") != NULL || kith_config_child(node, "rows") != NULL)
@@ -66,8 +77,9 @@ static kith_status check_row(const struct kith_config_node *node, const struct k
   const int bounds = !isnan(row->at_most) + !isnan(row->at_least) + (row->prints[0] != '\0');
   if (row->kind != KITH_ROW_NOTHING && bounds != 1)
     return kith_config_fail(node, NULL, "row %s needs one bound: at_most, at_least, or prints", name);
-  if ((row->job.scene[0] != '\0') != (row->job.dimension > 0))
-    return kith_config_fail(node, NULL, "row %s: scene and dimension come together", name);
+  const bool scene = row->job.scene[0] != '\0', dimension = row->job.dimension > 0;
+  if (dimension && !scene) return kith_config_fail(node, "dimension", "means nothing without scene");
+  if (scene && !dimension) KITH_TRY(kith_scene_dimension(row->job.scene, 0, NULL, &row->job.dimension));
   char *end;
   strtod(row->prints, &end);
   if (*end != '\0') return kith_config_fail(node, "prints", "'%s' is no number", row->prints);

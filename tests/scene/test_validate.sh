@@ -8,7 +8,7 @@ export LSAN_OPTIONS=suppressions=$leaks:print_suppressions=0 ASAN_OPTIONS=fast_u
 source "$(dirname "$0")/common.sh"
 ln -s "$inputs" inputs
 
-row='name: short, dimension: 1, scene: sod, settings: "resolution=50 until=0.05", measure: norms.density.l1'
+row='name: short, scene: sod, settings: "resolution=50 until=0.05", measure: norms.density.l1'
 rows() { printf 'rows:\n' >own.yaml && printf '  - {%s}\n' "$@" >>own.yaml; }
 
 rows "$row, at_most: 0.1, source: a guess" 'name: drift, measure: energy_drift, at_most: 1e-12' \
@@ -110,8 +110,8 @@ rows "$row, at_most: 1, at_least: 0"
 stopped 2 "needs one bound" "$kith" validate own.yaml
 rows 'name: drift, measure: energy_drift, at_most: 1e-12'
 stopped 2 "there is no run before it" "$kith" validate own.yaml
-rows "${row/dimension: 1, /}, at_most: 1"
-stopped 2 "scene and dimension come together" "$kith" validate own.yaml
+rows 'name: drift, dimension: 1, measure: energy_drift, at_most: 1e-12'
+stopped 2 "own.yaml:2: rows.0.dimension: means nothing without scene" "$kith" validate own.yaml
 rows "$row, at_moist: 1"
 stopped 2 "did you mean 'at_most'" "$kith" validate own.yaml
 echo "scene: sod" >own.yaml
