@@ -1,12 +1,12 @@
 """blast.py DIR: the density of the last snapshot against the distance from the center: nodes, and their mean
 in bins. kith run inputs/sedov.yaml -o DIR"""
-import matplotlib
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import kith
 
 
 def draw(directory):
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
     run = kith.Run(directory)
     last = run[-1]
     r, mean, scatter = last.profile("Density")

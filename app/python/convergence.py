@@ -1,5 +1,6 @@
 """convergence.py DIR...: L1 errors of runs of one scene at several resolutions, and the order between them.
-for n in 50 100 200; do kith run inputs/sod.yaml --set resolution=$n -o out/sod-$n; done"""
+for n in 50 100 200; do kith run inputs/sod.yaml --set resolution=$n -o out/sod-$n; done
+Of one method of a chart: convergence.py out/chart/sod-1d/runs/mfm-*/"""
 import math
 
 import kith

@@ -189,15 +189,18 @@ class Snapshot:
 
 class Run:
     """The directory of a run: its snapshots in order, `history` (a numpy record array, a row a step) and
-    `report` (a dict)."""
+    `report` (a dict). Runs of a chart have no snapshots."""
 
     def __init__(self, directory):
         self.directory = directory
-        names = [n for n in os.listdir(directory) if n.startswith("snapshot_") and n.endswith(".hdf")]
+
+    @property
+    def _paths(self):
+        names = [n for n in os.listdir(self.directory) if n.startswith("snapshot_") and n.endswith(".hdf")]
         names.sort(key=lambda name: (len(name), name))  # number 10000 has a digit more than 9999
         if not names:
-            raise FileNotFoundError(f"{directory}: there is no snapshot_NNNN.hdf")
-        self._paths = [os.path.join(directory, name) for name in names]
+            raise FileNotFoundError(f"{self.directory}: there is no snapshot_NNNN.hdf")
+        return [os.path.join(self.directory, name) for name in names]
 
     def __len__(self):
         return len(self._paths)
@@ -219,13 +222,17 @@ class Run:
 
 def script(about, work):
     """Calls `work` with the words of the command line. Ends with code 2 if these are not the words that it
-    takes, and prints `about`; or if something is wrong with what they name, and prints that in one line."""
+    takes, and prints `about`; or if something is wrong with what they name, or a module is missing, which it
+    prints in one line."""
     try:
         inspect.signature(work).bind(*sys.argv[1:])
     except TypeError:
         sys.exit(_told(about))
+    name = os.path.basename(sys.argv[0])
     try:
         work(*sys.argv[1:])
     except (OSError, KeyError, ValueError) as error:
         text = error.args[0] if isinstance(error, KeyError) else error
-        sys.exit(_told(f"{os.path.basename(sys.argv[0])}: {text}"))
+        sys.exit(_told(f"{name}: {text}"))
+    except ModuleNotFoundError as error:
+        sys.exit(_told(f"{name}: {error}; Debian's package is python3-{error.name}"))

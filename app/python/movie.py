@@ -1,15 +1,15 @@
 """movie.py DIR FIELD: a picture of each snapshot of a 2-D scene, or of the middle of a 3-D one, all with the
 same colors, as DIR/movie_NNNN.png, and DIR/movie.gif.
 kith run inputs/kelvin-helmholtz.yaml --set output.every=0.05 -o DIR"""
-import matplotlib
-matplotlib.use("Agg")
-import matplotlib.animation as animation
-import matplotlib.pyplot as plt
 import numpy as np
 import kith
 
 
 def draw(directory, field="Density"):
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.animation as animation
+    import matplotlib.pyplot as plt
     run = kith.Run(directory)
     pictures = [(snapshot.time, *snapshot.slice(field, pixels=400)) for snapshot in run]
     low = min(np.nanmin(values) for _, values, _ in pictures)

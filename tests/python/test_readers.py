@@ -3,6 +3,7 @@
 (used by ParaView) find in snapshots of 1-D, 2-D and 3-D runs, against h5py and the report and history of the
 run; and the example scripts end as they should. Skipped (77) without h5py and numpy; without yt, VTK or
 matplotlib their parts are left out, with a message."""
+import glob
 import os
 import subprocess
 import sys
@@ -165,6 +166,9 @@ with tempfile.TemporaryDirectory() as place:
     except ImportError:
         print("without matplotlib")
         examples = [("convergence.py", name)]
+        done = call("movie.py", name)
+        check(done.returncode == 2 and done.stderr.endswith("package is python3-matplotlib\n"),
+              f"without matplotlib: {done.stderr}")
     for script, *words in examples:
         done = call(script, *words)
         check(done.returncode == 0, f"{script}: {done.stderr}")
@@ -175,6 +179,15 @@ with tempfile.TemporaryDirectory() as place:
               f"{script} nowhere: {done.stderr}")
     done = call("convergence.py", name, name)
     check(done.returncode == 0 and done.stdout.count("\n") == 3, f"equally many nodes: {done.stderr}")
+    for snapshot in glob.glob(f"{name}/snapshot_*.hdf"):
+        os.remove(snapshot)
+    done = call("convergence.py", name)
+    check(done.returncode == 0, f"a run without snapshots, as of a chart: {done.stderr}")
+    try:
+        told = len(kith.Run(name))
+    except FileNotFoundError as error:
+        told = str(error)
+    check(told == f"{name}: there is no snapshot_NNNN.hdf", f"snapshots of a run without any: {told}")
     bare = run(d, "sedov", "resolution=6", "exact=null", "until=1e-9")
     done = call("convergence.py", bare)
     check(done.returncode == 2 and done.stderr.startswith(f"convergence.py: {bare}: no L1 error"),
