@@ -60,6 +60,8 @@ static kith_status hand_over(struct kith_options *options) {
   while (!of_scene && access(path, X_OK) != 0 && dimension > 1)
     snprintf(path, sizeof path, "%s%dd", programs.prefix, --dimension);
   if (options->ranks <= 1 && getenv("OMPI_COMM_WORLD_SIZE") == NULL) setenv("OMP_PROC_BIND", "true", 0);
+  if (access(path, F_OK) != 0)
+    KITH_FAIL(BAD_FILE, "%s is not built: ./kith build builds all, cmake those of -DKITH_DIMENSIONS", path);
   execv(path, options->arguments);
   KITH_FAIL(BAD_FILE, "cannot start %s", path);
 }

@@ -32,7 +32,8 @@ cat >"$tree/CMakeLists.txt" <<'END'
 cmake_minimum_required(VERSION 3.25)
 project(kith VERSION 9.8.7 LANGUAGES NONE)
 add_custom_command(OUTPUT copied DEPENDS program COMMAND mkdir -p bin
-  COMMAND cp ${PROJECT_SOURCE_DIR}/program bin/kith COMMAND touch copied)
+  COMMAND cp ${PROJECT_SOURCE_DIR}/program bin/kith COMMAND touch copied
+  COMMENT "Building kith")
 add_custom_target(kith DEPENDS copied)
 foreach(dim 1 2 3)
   add_custom_target(kith-${dim}d COMMAND touch ${PROJECT_SOURCE_DIR}/built-${dim})
@@ -48,7 +49,7 @@ ln -s "$tree/kith" "$place/link"
 cd "$place/elsewhere" || exit 1
 kith=$place/link
 
-# Arguments are passed unchanged; building prints nothing.
+# Arguments are passed unchanged.
 check 0 "bind  in elsewhere:" "$kith"
 check 0 "in elsewhere: [--help]" "$kith" --help
 check 0 "in elsewhere: [run] [a b.yaml] [--threads] [3] [--set] [x=1] [--ranks=1] [] [--quiet]" \
@@ -57,7 +58,7 @@ check 0 "in elsewhere: [build] [all]" "$kith" build all
 check 0 "in elsewhere: [test] [--help]" "$kith" test --help
 check 0 "in elsewhere: [test] [-h]" "$kith" test -h
 check 0 "bind close in" env OMP_PROC_BIND=close "$kith" bench
-check 0 "" "$kith" build
+check 0 "programs: $place/cache/kith" "$kith" build
 check 2 "no such test" "$kith" test quick
 check 0 "release" ls "$place/cache/kith"/*
 check 2 "build" ls "$tree/build"
@@ -83,6 +84,11 @@ check 3 "" "$kith" validate code3
 
 # After changes, also in a tree that was moved, the program is built again; output of a failed build is shown.
 sed -i 's/echo "bind/echo "now bind/' "$tree/program"
+check 0 "building release, which may take some minutes; log: $place/cache/kith" "$kith" build
+exec 8>"$(echo "$place"/cache/kith/*/lock)" && flock 8
+timeout 1 "$kith" list >waits 2>&1
+check 0 "waiting for another build in $place/cache/kith" cat waits
+exec 8>&-
 check 0 "now bind" "$kith" list
 mv "$tree" "$place/moved"
 check 0 "now bind" "$place/moved/kith" list
@@ -154,8 +160,8 @@ if "$kith" plan --help | grep -q -e --restart; then
 fi
 rm kith-3d kith-1d # as with -DKITH_DIMENSIONS=2
 check 0 "2d list a" "$kith" list a
-check 1 "cannot start" "$kith" run 3.yaml
+check 1 "kith-3d is not built: ./kith build builds all, cmake those of -DKITH_DIMENSIONS" "$kith" run 3.yaml
 rm kith-2d
-check 1 "cannot start" "$kith" list
+check 1 "kith-1d is not built" "$kith" list
 
 exit $((failures > 0))
