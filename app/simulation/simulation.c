@@ -437,6 +437,27 @@ static void warn_of_mirrors(const struct kith_scene *scene) {
     }
 }
 
+/* Warns of barriers that gas may pass: one is as thick as a spacing of the gas that presses on it, here at
+ * least the finest. What bounds them in a formula is not seen. */
+static void warn_of_barriers(const struct kith_scene *scene) {
+  double finest = INFINITY;
+  for (int r = 0; r < scene->n_regions; ++r) {
+    const struct kith_region *gas = &scene->region[r];
+    if (!kith_region_stays(gas))
+      finest = KITH_MIN(finest, gas->spacing > 0 ? gas->spacing : 1 / scene->resolution);
+  }
+  for (int r = 0; r < scene->n_regions; ++r)
+    for (int a = 0; scene->region[r].barrier && a < NDIM; ++a) {
+      const double *extent = scene->region[r].where.extent[a], thickness = extent[1] - extent[0];
+      const bool inside = extent[0] > scene->domain.lower[a] && extent[1] < scene->domain.upper[a];
+      if (inside && thickness < (1 - 1e-9) * finest)
+        fprintf(
+            stderr,
+            "kith: warning: regions.%d.barrier: %g thick along %c, gas with a spacing of %g may pass it\n", r,
+            thickness, "xyz"[a], finest);
+    }
+}
+
 static void warn_of_materials(const struct kith_scene *scene) {
   for (int m = 0; m < scene->n_materials; ++m) {
     bool used = false;
@@ -484,6 +505,7 @@ static void warn_of_neighbors(const struct kith_package *p) {
 
 void kith_simulation_warn(const struct kith_simulation *m) {
   warn_of_mirrors(m->scene);
+  warn_of_barriers(m->scene);
   warn_of_materials(m->scene);
   warn_of_deposits(m->scene);
   warn_of_point(m->scene);

@@ -267,4 +267,13 @@ grep -q "hcp, the default, does not continue through the mirror along x" reflect
   wrong "a mirror: $(<reflecting)"
 [[ ! -s periodic ]] || wrong "without a mirror: $(<periodic)"
 
+# Another one tells that a barrier is thinner than a spacing of the gas.
+for resolution in 40 50; do
+  "$kith" run "$inputs/plate.yaml" --set dimension=1 --set resolution=$resolution --steps 0 --quiet -o plate \
+    --overwrite >stdout 2>$resolution
+done
+grep -q "regions.2.barrier: 0.02 thick along x, gas with a spacing of 0.025 may pass it" 40 ||
+  wrong "a thin barrier: $(<40)"
+[[ ! -s 50 ]] || wrong "a barrier as thick as a spacing: $(<50)"
+
 exit $((failures > 0))

@@ -20,7 +20,7 @@ stages faces tiny.yaml --set method.package=mfm --set method.faces=integrated
 stages magma2 tiny.yaml --set method.package=magma2
 stages remix tiny.yaml --set method.package=remix
 stages blocks tiny.yaml --set scheme.steps=block
-stages culled "$inputs/plate.yaml" --set resolution=40 --set output.plot=false
+stages culled "$inputs/plate.yaml" --set resolution=50 --set output.plot=false
 
 # The table of the progress: at the end of the run no node limits the step.
 "$kith" run tiny.yaml -o gather >stdout 2>stderr
