@@ -37,6 +37,12 @@ kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *
   return KITH_OK;
 }
 
+/* The cost of a run of the same scene at another resolution, which has more steps, and more nodes. */
+static double cost_at(const struct kith_calibration *c, double resolution) {
+  const double finer = resolution / c->resolution;
+  return finer * (c->pairs * kith_pow_dim(finer) + KITH_EVALUATION_PAIRS * c->evaluations);
+}
+
 struct pilot {
   double until, limit;
   struct kith_calibration *out;
@@ -49,13 +55,18 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
   double first;
   KITH_TRY(kith_simulation_start(m));
   KITH_TRY(kith_evaluation_measure(m, &first));
+  out->pairs = out->evaluations = 0;
   const bool parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
-  const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates;
+  const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates,
+                 pairs = m->package.pair_evaluations;
   const double start = seconds_now();
-  while (it->time < pilot->until && seconds_now() - start < pilot->limit)
+  while (it->time < pilot->until && cost_at(out, out->resolution) < pilot->limit) {
     KITH_TRY(kith_simulation_step(m, pilot->until));
+    out->pairs = (double)(m->package.pair_evaluations - pairs);
+    out->evaluations = (double)(it->ledger.evaluations - evaluations);
+  }
   const double of_node = (double)(it->ledger.updates - updates) / m->nodes->n_internal,
-               all = parts ? of_node : (double)(it->ledger.evaluations - evaluations);
+               all = parts ? of_node : out->evaluations;
   out->steps = parts ? of_node : (double)it->step;
   out->reached = it->time;
   out->growth = (seconds_now() - start) / fmax(all, 1) / first;
@@ -89,25 +100,41 @@ static kith_status with_resolution(const struct kith_options *o, double resoluti
   return status;
 }
 
+/* Whole and even where that makes little difference: lattices and centers may need it. */
+static double evened(double resolution) {
+  return resolution > 5 ? 2 * round(0.5 * resolution) : resolution;
+}
+
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
-                                 double resolution, double until, double cost, double budget) {
-  const double lower = pow(budget / cost, 1.0 / (NDIM + 1)) * resolution;
-  /* Takes a whole, even resolution where that makes little difference: lattices and centers may need it. */
-  *out = (struct kith_calibration){.resolution = cost <= budget ? resolution
-                                                 : lower > 10   ? fmin(2 * round(0.5 * lower), resolution)
-                                                                : lower};
+                                 const struct kith_calibration *guess, double until, double budget) {
+  const double resolution = guess->resolution, cost = cost_at(guess, resolution);
+  struct kith_calibration last;
   struct pilot pilot = {until, 3 * budget, out};
-  KITH_TRY(with_resolution(options, out->resolution, NULL, steps_of, &pilot));
-  out->expected = out->steps * resolution / out->resolution;
-  /* Steps are no multiple of the resolution: those of the start, and of few nodes with block steps, grow
-   * less or more than it. A second run, which takes a few percent of the time of the first, tells how. */
-  struct kith_calibration half = {.resolution = 2 * round(0.25 * out->resolution)};
-  pilot.out = &half;
-  if (out->resolution < resolution && out->reached >= until && half.resolution > 0 &&
-      with_resolution(options, half.resolution, NULL, steps_of, &pilot) == KITH_OK && half.reached >= until)
-    out->expected = out->steps + fmax(out->steps - half.steps, 0) * (resolution - out->resolution) /
-                                     (out->resolution - half.resolution);
-  if (out->reached < until) out->expected *= until / out->reached;
+  double next = cost <= budget ? resolution : evened(0.5 * resolution * pow(budget / cost, 1.0 / (NDIM + 1)));
+  kith_status status = KITH_INTERNAL;
+  *out = (struct kith_calibration){0};
+  do {
+    last = *out;
+    *out = *guess;
+    out->pairs *= pow(next / resolution, NDIM + 1), out->evaluations *= next / resolution;
+    out->resolution = next;
+    status = with_resolution(options, next, NULL, steps_of, &pilot);
+    next =
+        cost_at(out, resolution) <= budget ? resolution : fmin(evened(4 * out->resolution / 3), resolution);
+  } while (next > out->resolution && cost_at(out, next) <= (last.reached >= until ? budget : 3 * budget));
+  KITH_TRY(status);
+  /* Steps are no multiple of the resolution: those of the start, and of few nodes with block steps, grow less
+   * than it, those of a small blast more, which has more room in more nodes, and those of conduction as its
+   * square. A line through two runs mostly has too few steps, a power too many. */
+  const double ratio = resolution / out->resolution;
+  double line = out->steps * ratio, power = line;
+  if (last.reached >= until && last.steps > 0) {
+    const double more = fmax(out->steps / last.steps, 1), finer = out->resolution / last.resolution;
+    line = out->steps * (1 + (1 - 1 / more) / (1 - 1 / finer) * (ratio - 1));
+    power = out->steps * pow(ratio, log(more) / log(finer));
+  }
+  out->expected = sqrt(line * power);
+  if (out->reached < until) out->expected = out->steps * ratio * until / out->reached;
   return KITH_OK;
 }
 

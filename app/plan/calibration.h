@@ -4,8 +4,9 @@
  *
  * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene
  * itself. steps, which grow with the resolution, and growth, the mean time of an evaluation along the run
- * over that at its start, come from a calibration run: the whole scene, at a lower resolution unless it takes
- * less than a second.
+ * over that at its start, come from calibration runs: the whole scene, at lower resolutions unless it takes
+ * about a second. Their cost is counted in pair evaluations, so that resolutions and steps are those of any
+ * machine.
  *
  * A rehearsal is a short run at a lower resolution as one of many ranks, without the others: the code of a
  * run counts its calls, whoever would answer them. */
@@ -26,16 +27,20 @@ kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_opti
  * sleep again afterwards. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
+/* Cost is counted in pair evaluations; so many is that of an evaluation of the rates, whatever its nodes. */
+enum { KITH_EVALUATION_PAIRS = 4000 };
 struct kith_calibration {
   double resolution, steps, reached; /* of the calibration run: its steps to the time that it reached */
+  double pairs, evaluations;         /* of it: pair evaluations, evaluations of the rates */
   double expected;                   /* steps of the scene itself */
   double growth;
 };
-/* Runs the scene of `options` for about `budget` seconds, judged by `cost`, the estimate for the scene
- * itself: as it is if that suffices, else at a lower resolution, and at half of that: the steps expected lie
- * on the line through both. It is stopped if it takes three times as long. Fails as any run does. */
+/* Runs the scene of `options`, as it is if the cost is within `budget` by a `guess` of its resolution, pairs
+ * and evaluations, else at resolutions that grow by a third, up to the largest whose cost is likely within
+ * it: the steps expected are the geometric mean of those by a line and by a power of the resolution through
+ * the last two. A run is stopped at three times the budget. Fails as the last run does. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
-                                 double resolution, double until, double cost, double budget);
+                                 const struct kith_calibration *guess, double until, double budget);
 
 /* Per step: evaluations of all nodes, collective calls, checks of the balance, and kith_halo_traffic. */
 struct kith_rehearsal {

@@ -19,6 +19,7 @@
 #include "integrator/window.h"
 
 enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
+static const double LEAST_PAIRS = 1e8, MOST_PAIRS = 2e8; /* pair evaluations of calibration: a few seconds */
 
 struct plan {
   struct kith_scene *scene;
@@ -72,18 +73,18 @@ static void add_settings(struct text *text, const struct kith_param *params, con
 
 static void show_materials(const struct plan *plan) {
   const struct kith_simulation *m = plan->simulation;
-  const struct kith_nodes *nodes = m->nodes;
+  const struct kith_nodes *nodes = m->nodes, *held = kith_boundaries_held(&m->boundaries);
   for (int l = 0; l < nodes->n_lists; ++l) {
+    const kith_index frozen = held != NULL ? held->lists[l].count : 0;
     const struct kith_material *material = &m->scene->material[l];
     struct text eos = {""};
     add(&eos, "", "%s", material->eos->name);
     add_settings(&eos, material->eos->params, material->settings);
     line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
-         plan->node_ratio * nodes->lists[l].count, eos.s);
+         plan->node_ratio * (nodes->lists[l].count + frozen), eos.s);
   }
-  const struct kith_nodes *held = kith_boundaries_held(&m->boundaries);
   if (held != NULL)
-    line("", "%-12s %9.0f nodes; they never move", "frozen", plan->node_ratio * held->n_internal);
+    line("", "%-12s %9.0f of these nodes; they never move", "frozen", plan->node_ratio * held->n_internal);
 }
 
 static void structure(const char *name, bool built, int digits, double amount, const char *of,
@@ -115,20 +116,25 @@ static int show_pairwise(const struct plan *plan, const struct kith_pairs *pairs
   return n;
 }
 
+/* Rows in the canonical order of a reproducible run are not traversed by pairs. */
+static bool by_pairs(const struct plan *plan, const struct kith_package *p) {
+  return p->traversal == KITH_TRAVERSE_PAIRS && !plan->scene->reproducible;
+}
+
 /* What a package or the lifecycle itself requires of the connectivity, and why. */
 struct demand {
   const char *who, *why;
   struct kith_requirements need;
 };
 
-static int list_demands(const struct kith_package *package, struct demand *demand) {
+static int list_demands(const struct plan *plan, struct demand *demand) {
   int n = 0;
   demand[n++] = (struct demand){"lifecycle", "culling", {.rows = true}};
-  for (const struct kith_package *p = package; p != NULL; p = p->next)
+  for (const struct kith_package *p = &plan->simulation->package; p != NULL; p = p->next)
     demand[n++] = (struct demand){p->ops->name,
-                                  p->ops->couple != NULL                ? "f_couple"
-                                  : p->traversal == KITH_TRAVERSE_PAIRS ? "pairs"
-                                                                        : "gather",
+                                  p->ops->couple != NULL ? "f_couple"
+                                  : by_pairs(plan, p)    ? "pairs"
+                                                         : "gather",
                                   kith_package_requirements(p)};
   return n;
 }
@@ -139,7 +145,7 @@ static void show_requirements(const struct plan *plan) {
   const kith_index internal = m->nodes->n_internal;
   const double n = fmax(internal, 1), pairs = fmax((double)c->pairs.n, 1);
   struct demand demand[2 + KITH_ADDED_PACKAGES];
-  const int demands = list_demands(&m->package, demand);
+  const int demands = list_demands(plan, demand);
   printf("\n  connectivity: only what is required is built\n");
 #define SHOW(name, member, amount, of)                                                     \
   {                                                                                        \
@@ -173,7 +179,10 @@ static void show_lifecycle(const struct plan *plan) {
   line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
   for (int k = 0; k < m->rebuilds.n; ++k)
     add(&text, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name, m->rebuilds.policy[k].ops->doc);
-  line("rebuild", "%s; skin %.3g of the support", text.s, it->skin);
+  line("rebuild",
+       kith_rebuilds_lasting(&m->rebuilds) ? "%s; skin %.3g of the support"
+                                           : "%s; %.3g of the support more, should it grow in the step",
+       text.s, it->skin);
   if (m->boundaries.n == 0)
     line("ghosts", "none: no boundary creates any");
   else
@@ -187,22 +196,34 @@ static void show_lifecycle(const struct plan *plan) {
     line("reordering", "never");
 }
 
-/* Prints the passes of the package (stages directly below it) in the order of their first call, per
- * evaluation. */
-static void show_passes(const struct plan *plan) {
+/* Is a stage at the top, and of the evaluations that were measured, without the first rates? */
+static bool measured(const struct kith_stage *stage) {
+  return stage->depth == 0 && strcmp(stage->path, "start") != 0;
+}
+
+/* Prints an evaluation at the start, and what it consists of, in the order of the first call: the passes of
+ * packages (stages directly below them), and other stages. They have their parts of its seconds, which are
+ * those of the fastest evaluation, and of the processor if there is one thread. */
+static void show_evaluation(const struct plan *plan) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(plan->profile, &stage);
+  double all = 0;
   struct text text = {""};
   char time[32];
-  for (int s = 0; s < n; ++s) {
-    const struct kith_stage *parent = stage[s].parent >= 0 ? &stage[stage[s].parent] : NULL;
-    if (parent == NULL || parent->depth != 0 || kith_package_find(parent->name) == NULL) continue;
-    const uint64_t all = parent->calls, calls = stage[s].calls / all;
-    add(&text, ", ", "%s", stage[s].name);
-    if (calls > 1) add(&text, " ", "x %d", (int)calls);
-    add(&text, " ", "%s", kith_text_seconds(time, plan->node_ratio * stage[s].seconds / (double)all));
-  }
-  line("passes", "%s", text.s);
+  for (int pass = 0; pass < 2; ++pass)
+    for (int s = 0; s < n; ++s) {
+      const struct kith_stage *top = stage[s].depth == 1 ? &stage[stage[s].parent] : &stage[s];
+      if (!measured(top) || stage[s].depth != (kith_package_find(top->name) != NULL)) continue;
+      const uint64_t calls = stage[s].calls / top->calls;
+      if (pass == 0) {
+        all += stage[s].seconds;
+        continue;
+      }
+      add(&text, ", ", "%s", stage[s].name);
+      if (calls > 1) add(&text, " ", "x %d", (int)calls);
+      add(&text, " ", "%s", kith_text_seconds(time, plan->evaluation / all * stage[s].seconds));
+    }
+  line("evaluation", "%s at the start: %s", kith_text_seconds(time, plan->evaluation), text.s);
 }
 
 /* Prints the parameters of a package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
@@ -254,11 +275,12 @@ static void show_method(const struct plan *plan) {
   line("energy", "%s",
        p->compatible ? "compatible: from the work of pairs, conserved to round-off"
                      : "thermal: its own equation");
-  line("traversal", "%s (%s)", p->traversal == KITH_TRAVERSE_PAIRS ? "pairs" : "gather",
-       m->scene->traversal[0] != '\0' ? "as the scene says"
-       : NDIM > 1                     ? "the default: a pair within a tile of nodes is evaluated once"
+  line("traversal", "%s (%s)", by_pairs(plan, p) ? "pairs" : "gather",
+       m->scene->reproducible           ? "reproducible: rows are summed in the order of the ids of nodes"
+       : m->scene->traversal[0] != '\0' ? "as the scene says"
+       : NDIM > 1                       ? "the default: a pair within a tile of nodes is evaluated once"
                   : "the default of 1-D: rows are short, and evaluating a pair at both its ends is faster");
-  show_passes(plan);
+  show_evaluation(plan);
   line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }
 
@@ -271,13 +293,13 @@ static void show_memory(const struct plan *plan) {
   double total = 0;
   char text[32];
   kith_simulation_bytes(plan->simulation, bytes);
-  printf("\n  %-12s  %12s  %14s\n", "memory", "at the start", "bytes per node");
+  printf("\n  %-14s  %12s  %14s\n", "memory", "at the start", "bytes per node");
   for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
     const double b = plan->node_ratio * (double)bytes[k].bytes * (bytes[k].of_ghosts ? of_all : 1);
     total += b;
-    printf("    %-10s  %12s  %14.1f\n", bytes[k].name, kith_text_bytes(text, b), b / n);
+    printf("    %-12s  %12s  %14.1f\n", bytes[k].name, kith_text_bytes(text, b), b / n);
   }
-  printf("    %-10s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n);
+  printf("    %-12s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n);
 }
 
 static void show_dt(const struct plan *plan, double until) {
@@ -336,24 +358,28 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   const struct kith_integrator *it = &plan->simulation->integrator;
   const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings),
              parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
-  const double evaluation = it->evaluations * plan->evaluation;
   struct kith_calibration c = {.resolution = plan->scene->resolution}; /* no steps to t = 0 */
-  char time[32], all[32];
+  char all[32];
   const double first = fixed    ? it->fixed_dt
                        : blocks ? 0.1 * plan->full_dt
                                 : it->timestep_limit.dt / plan->resolution_ratio;
   double steps = expected_steps(first, fixed ? it->fixed_dt : plan->full_dt, until);
-  const double guess = (steps + 1) * evaluation; /* with the rates at the start */
-  const double budget = fmin(fmax(0.08 * guess, 0.7), 5);
+  /* Densities take each row entry, forces each pair. */
+  const double evaluations = steps * it->evaluations,
+               pairs = evaluations * plan->node_ratio * 1.5 * (double)it->ledger.last_row_entries;
+  const struct kith_calibration guess = {
+      .resolution = plan->scene->resolution, .pairs = pairs, .evaluations = evaluations};
+  const double budget = fmin(fmax(0.08 * pairs, LEAST_PAIRS), MOST_PAIRS);
   const kith_status calibrated =
-      until > 0 ? kith_calibration_run(&c, options, plan->scene->resolution, until, guess, budget) : KITH_OK;
+      until > 0 ? kith_calibration_run(&c, options, &guess, until, budget) : KITH_OK;
   plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
   if (calibrated == KITH_OK && !fixed) steps = c.expected;
   show_steps(&c, calibrated, fixed, parts, plan->scene->resolution, steps, until);
-  line("cost", "about %s: %.3g %s of %d evaluation%s of %s; %d thread%s",
-       kith_text_seconds(all, steps * evaluation * plan->growth), steps,
+  line("cost",
+       "about %s: %.3g %s of %d evaluation%s, which take%s %.2f times as long as at the start; %d thread%s",
+       kith_text_seconds(all, steps * it->evaluations * plan->evaluation * plan->growth), steps,
        parts ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
-       kith_text_seconds(time, plan->evaluation * plan->growth), omp_get_max_threads(),
+       it->evaluations == 1 ? "s" : "", plan->growth, omp_get_max_threads(),
        omp_get_max_threads() == 1 ? "" : "s");
 }
 
@@ -391,11 +417,12 @@ static void show_cheaper(const struct plan *plan, const struct kith_options *opt
                         traits.all_rows == NULL;
   const double share = possible ? share_of_updates(plan) : 1;
   char steps[160];
-  snprintf(steps, sizeof steps,
-           share < 0.4
-               ? "scheme.steps=block: limits of nodes differ, %.2g of the updates would do at the start"
-               : "scheme.steps=global: limits of nodes are alike, block steps save nothing (%.2g)",
-           share);
+  snprintf(
+      steps, sizeof steps,
+      share < 0.4
+          ? "scheme.steps=block: time steps of nodes differ; at the start %.2g %% of the updates are needed"
+          : "scheme.steps=global: time steps of nodes are alike, %.2g %% of the updates are needed",
+      100 * share);
   const bool may_sleep = it->nodes->activity == NULL && !it->scheme->retries && !it->scheme->implicit &&
                          !kith_rebuilds_lasting(&m->rebuilds) && m->hydro.outside_force == NULL &&
                          traits.all_rows == NULL && traits.history == NULL;
@@ -436,9 +463,10 @@ static double part_of_ghost_stages(const struct plan *plan) {
   const int n = kith_profile_stages(plan->profile, &stage);
   double all = 0, items = 0;
   for (int s = 0; s < n; ++s) {
-    if (stage[s].depth == 0) all += stage[s].seconds;
+    if (measured(&stage[s])) all += stage[s].seconds;
     for (size_t k = 0; k < sizeof names / sizeof *names && stage[s].depth == 1; ++k)
-      if (strcmp(stage[s].name, names[k]) == 0) items += stage[s].seconds;
+      if (measured(&stage[stage[s].parent]) && strcmp(stage[s].name, names[k]) == 0)
+        items += stage[s].seconds;
   }
   return all > 0 ? items / all : 0;
 }

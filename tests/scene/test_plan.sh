@@ -46,6 +46,7 @@ shown "face_area built 1 value a pair" "$@" --set method.package=mfm --set metho
 shown "pairwise left out" "$@"
 shown "sph (pairs)" "$@" --set traversal=pairs
 shown "as the scene says" "$@" --set traversal=pairs
+shown "traversal gather (reproducible:" "$@" --set traversal=pairs --set reproducible=true
 shown "search brute:" "$@" --set neighbor.search=brute
 shown "culling is off" "$@" --set connectivity.cull=false
 shown "steps of 2 evaluations" "$@" --set scheme.name=rk2
@@ -63,7 +64,8 @@ shown "wendland-c2, 55.24 neighbors (the default of this package and kernel)" "$
 shown "Courant 0.4 (the default of this package)" "$@" --set method.package=mfm
 set -- "$kith" plan tiny.yaml
 shown "ghosts none" "$@" --set boundaries=
-shown "frozen 2000005 nodes" "$@" --set resolution=2000000 --set regions.0.frozen=true --set until=1e-9
+shown "frozen 2000005 of these nodes" "$@" \
+  --set resolution=2000000 --set regions.0.frozen=true --set until=1e-9
 ok "$@" --ranks 4
 table=*"on 4 ranks: 14.0 nodes"*"partitioner imbalance mean most mean most"*"kd 1."*
 [[ $(tr -s ' ' <stdout) == $table ]] || wrong "plan --ranks lacks its table"
@@ -205,13 +207,12 @@ if [[ -x $programs/kith-2d ]]; then
   ! grep "under shear" stdout || wrong "a lattice said to be stiff between ellipsoids"
 fi
 
-# Plans of runs above a second make a calibration run: their number of steps is that of the run within a
-# tenth, and settings that save time can be used as they are printed. Not in debug builds, where it takes a
-# minute.
+# Plans of runs above a second: their number of steps is that of the run within a tenth, and settings that
+# save time can be used as they are printed. Not in debug builds, where it takes a minute.
 if [[ $("$kith" --version) != *Debug* ]]; then
   tube=("$inputs/sod.yaml" --threads 1 --set dimension=1 --set arrangement=equal-mass
     --set resolution=4000 --set until=0.1)
-  shown "a calibration run took" "$kith" plan "${tube[@]}"
+  shown "about" "$kith" plan "${tube[@]}"
   planned=$(sed -n 's/^ *steps *about \([0-9]*\) .*/\1/p' stdout)
   mapfile -t cheaper < <(grep -o '[a-z]*\.[a-z]*=[-a-z]*:' stdout | tr -d :)
   ((${#cheaper[@]} == 1)) || wrong "cheaper settings: ${cheaper[*]}"
@@ -220,18 +221,34 @@ if [[ $("$kith" --version) != *Debug* ]]; then
   ((10 * planned > 9 * taken && 10 * planned < 11 * taken)) || wrong "$planned steps planned, $taken taken"
   for setting in "${cheaper[@]}"; do ok "$kith" run tiny.yaml --quiet -o cheap --set "$setting"; done
 
-  # With block steps of a blast a node takes as many updates with twice the resolution, or somewhat more.
+  # With block steps it counts updates of a node.
   if [[ -x $programs/kith-2d ]]; then
     blast=("$inputs/sedov.yaml" --threads 1 --set dimension=2 --set resolution=100 --set method.package=mfm
       --set scheme.steps=block)
-    shown "a calibration run took" "$kith" plan "${blast[@]}"
+    ok "$kith" plan "${blast[@]}"
     planned=$(sed -n 's/^ *updates *about \([0-9]*\).*/\1/p' stdout)
     ok "$kith" run "${blast[@]}" --quiet -o blast --set output.plot=false
     taken=$(awk '/"nodes": [0-9]/ && !n {n = $2 + 0} /"updates":/ {print int($2 / n - 2)}' blast/report.json)
     ((10 * planned > 8 * taken && 10 * planned < 11 * taken)) ||
       wrong "$planned updates planned, $taken taken"
   fi
+
+  # Of a blast steps grow more than the resolution, as it has more room: 40^3 nodes take 65.
+  if [[ -x $programs/kith-3d ]]; then
+    shown "a calibration run took" "$kith" plan "$inputs/sedov.yaml" --threads 1 --set resolution=40
+    planned=$(sed -n 's/^ *steps *about \([0-9]*\) .*/\1/p' stdout)
+    ((planned > 60 && planned < 70)) || wrong "$planned steps of a blast planned, 65 taken"
+  fi
 fi
+
+# The stages of an evaluation add up to it, but for rounding.
+ok "$kith" plan tiny.yaml
+sed -n '/^  evaluation/,/^  scheme/p' stdout | tr -d , | tr -s ' \n' ' ' |
+  awk 'BEGIN {unit["ns"] = 1e-3; unit["us"] = 1; unit["ms"] = 1e3; unit["s"] = 1e6}
+    {for (k = 2; k < NF; ++k) if ($(k + 1) in unit) value[++n] = $k * unit[$(k + 1)]}
+    END {for (k = 2; k <= n; ++k) sum += value[k]
+      if (!(sum > 0.98 * value[1] && sum < 1.02 * value[1])) print sum " of " value[1] " us"}' >differs
+[[ ! -s differs ]] || wrong "stages of an evaluation: $(<differs)"
 
 # ---- list
 shown "wendland-c2" "$kith" list
