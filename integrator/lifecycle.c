@@ -338,8 +338,10 @@ static kith_status agree(struct kith_integrator *it, struct reduced_values *redu
   if (it->holding) reduced->most[OUTSIDE] = kith_decomposition_outside(d, it->nodes);
   if (!it->holding)
     reduced->most[OUTSIDE] = d->outside, reduced->sum[LEAVING] = d->leaving, reduced->sum[FAR] = d->far;
-  KITH_TRY(kith_ranks_agree(it->nodes->ranks, status, 2 + kith_boundaries_share(it->boundaries, parts + 2),
-                            parts));
+  KITH_STAGE(status, it->profile, "allreduce",
+             kith_ranks_agree(it->nodes->ranks, status, 2 + kith_boundaries_share(it->boundaries, parts + 2),
+                              parts));
+  KITH_TRY(status);
   it->hydro->equal_masses = reduced->most[HEAVIEST] == -reduced->most[LIGHTEST];
   return kith_halo_surround(it->hydro->halo,
                             (it->package->recompute ? 2 : ghost_factor(it)) * reduced->most[WIDEST] +

@@ -31,7 +31,12 @@ done
 grep -o '"path":"[^"]*"' "$out/trace" | sort -u | sed 's/"path":\(.*\)/\1: {/' >"$out/stages"
 while read -r stage; do
   grep -qF "$stage" "$out/report.json" || { echo "the report lacks a stage of a rank: $stage" && exit 1; }
+  name=${stage%'": {'} name=${name##*[/\"]}
+  grep -qF "\`$name\`" "$(dirname "$0")/../../app/manual/stages.md" ||
+    { echo "the manual lacks a stage of a rank: $stage" && exit 1; }
 done <"$out/stages"
+grep -q '"step/lifecycle/allreduce"' "$out/stages" ||
+  { echo "no stage shows the wait for other ranks" && exit 1; }
 grep -q "remote_ghosts_kept" "$out/profile" || { echo "the profile lacks the ranks" && exit 1; }
 # There are four collective calls per step, and one more in one step of 20, to check the balance.
 case "${settings[*]}" in
