@@ -448,8 +448,9 @@ static kith_status predict(struct model *o, const char *partitioner, struct kith
   count_peers(o);
   if (!(o->cost->rehearsal.kept > 0)) /* no ghost is culled */
     o->ghosts[KEPT] = o->ghosts[MADE], o->peers[KEPT] = o->peers[MADE];
-  *f = (struct kith_forecast){.imbalance =
-                                  kith_partition_loads(o->partition, o->partition->owner, o->work, o->load)};
+  *f = (struct kith_forecast){
+      .cells = (double)o->cells.n,
+      .imbalance = kith_partition_loads(o->partition, o->partition->owner, o->work, o->load)};
   for (int r = 0; r < o->n_ranks; ++r) {
     f->made += o->ghosts[MADE][r] / n;
     f->ghosts += o->ghosts[KEPT][r] / n, f->most_ghosts = fmax(f->most_ghosts, o->ghosts[KEPT][r]);

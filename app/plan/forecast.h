@@ -38,6 +38,7 @@ struct kith_forecast {
   double peers, most_peers;         /* ranks that it shares ghosts with */
   double messages, bytes;           /* that it sends in a step, mean */
   double seconds, efficiency;       /* of a step; T over seconds and cores */
+  double cells;                     /* of the map that each rank has */
 };
 
 /* The cells of n_ranks ranks, by a simulation that is not started: supports converge afterwards. */

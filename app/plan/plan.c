@@ -293,7 +293,7 @@ static void show_memory(const struct plan *plan) {
   double total = 0;
   char text[32];
   kith_simulation_bytes(plan->simulation, bytes);
-  printf("\n  %-14s  %12s  %14s\n", "memory", "at the start", "bytes per node");
+  printf("\n  %-14s  %12s  %14s\n", "memory", "one process", "bytes per node");
   for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k) {
     const double b = plan->node_ratio * (double)bytes[k].bytes * (bytes[k].of_ghosts ? of_all : 1);
     total += b;
@@ -456,6 +456,24 @@ static void show_forecast(const char *partitioner, kith_status status, const str
   fflush(stdout); /* the next one may take seconds */
 }
 
+/* Prints the memory of a rank: the bytes that nodes and ghosts have in this process, and those of the map. */
+static void show_memory_of_rank(const struct plan *plan, const char *partitioner,
+                                const struct kith_forecast *f, int n_ranks) {
+  enum { CELL = 16 /* bytes, while the balance is checked */ };
+  struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
+  const struct kith_nodes *nodes = plan->simulation->nodes;
+  const double own = plan->node_ratio * nodes->n_internal / n_ranks,
+               ghosts = f->ghosts + plan->node_ratio / plan->resolution_ratio * nodes->n_ghost / n_ranks;
+  double sum = CELL * f->cells;
+  char all[32], map[32];
+  kith_simulation_bytes(plan->simulation, bytes);
+  for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k)
+    sum += (double)bytes[k].bytes *
+           (bytes[k].of_ghosts ? (own + ghosts) / kith_nodes_count(nodes) : own / nodes->n_internal);
+  line("memory", "%s a rank with %s: of %.0f nodes, %.0f ghosts and images, and %s of the map of cells",
+       kith_text_bytes(all, sum), partitioner, own, ghosts, kith_text_bytes(map, CELL * f->cells));
+}
+
 /* The part of the time at the start that is spent in stages which treat ghosts as nodes: g of forecast.h. */
 static double part_of_ghost_stages(const struct plan *plan) {
   static const char *const names[] = {"ghosts", "neighbors", "cull", "patch"};
@@ -502,7 +520,7 @@ static kith_status show_ranks(struct plan *plan, const struct kith_options *opti
   const char *own = plan->scene->partition.member.name;
   char text[128];
   struct kith_step_cost cost;
-  struct kith_forecast f = {0};
+  struct kith_forecast f = {0}, of_scene = {0};
   char seconds[32], latency[32], collective[32], bandwidth[32];
   KITH_TRY(cost_of_step(plan, options, &cost));
   KITH_TRY(list_all_images(&m->integrator));
@@ -528,8 +546,10 @@ static kith_status show_ranks(struct plan *plan, const struct kith_options *opti
     const kith_status status =
         kith_forecast_ranks(plan->scene, m, alone ? NULL : &plan->cells, &cost, n_ranks, text, &f);
     show_forecast((*p)->name, status, &f);
+    if (chosen && status == KITH_OK) of_scene = f;
     if (status == KITH_BAD_INPUT) break; /* of any partitioner */
   }
+  if (of_scene.cells > 0) putchar('\n'), show_memory_of_rank(plan, own, &of_scene, n_ranks);
   return KITH_OK;
 }
 

@@ -70,6 +70,8 @@ ok "$@" --ranks 4
 table=*"on 4 ranks: 14.0 nodes"*"partitioner imbalance mean most mean most"*"kd 1."*
 [[ $(tr -s ' ' <stdout) == $table ]] || wrong "plan --ranks lacks its table"
 awk 'length > 100 {exit 1}' stdout || wrong "plan --ranks has a line beyond 100 columns"
+[[ $(tr -s ' \n' ' ' <stdout) == *" a rank with kd: of 14 nodes, "*" of the map of cells"* ]] ||
+  wrong "plan --ranks lacks the memory of a rank"
 for many in "--ranks 20000" "--ranks 2 --set partition.ghosts=recompute"; do
   ok "$@" $many
   (($(grep -c "no forecast" stdout) == 1)) || wrong "plan $many: not one line says why"
