@@ -1,6 +1,6 @@
-/* bench.c - `kith bench`: node updates per second, and a roofline in words: for each stage its time per
- * row entry and pair, the bytes it has to move, and what that is of the bandwidth and of plain loops of the
- * same session.
+/* bench.c - `kith bench`: node updates per second, and a roofline in words: for each stage its self time
+ * (without the stages below it), also per row entry, the bytes it has to move, and what that is of the
+ * bandwidth and of plain loops of the same session.
  *
  * The case: Sedov with 10^6 nodes (100^3; --set resolution=N), every node each step, double, adaptive
  * supports (60 neighbors in 3-D), Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve
@@ -39,7 +39,7 @@ static const char scene_text[] = "scene: bench\n" SIZE
 /* Results of one run. */
 struct figures {
   double updates, per_second, rebuilds, energy_drift;
-  double candidates, entries, pairs; /* per node and step */
+  double candidates, entries, pairs; /* per node and step; pairs: pair evaluations */
   double plain_density, plain_force; /* ns per node of the reference loops on the same rows */
   enum kith_traversal traversal;
   struct kith_fom fom;
@@ -145,9 +145,9 @@ static kith_status time_steps(struct kith_simulation *m, const struct kith_optio
   out->traversal = m->package.traversal;
   out->candidates = kith_profile_counted(m->profile, lists, "candidates") / updates;
   out->entries = kith_profile_counted(m->profile, lists, "row entries") / updates;
-  out->pairs = kith_profile_counted(m->profile, lists, "pairs") / updates;
+  out->pairs = (double)(m->package.pair_evaluations - evaluated) / updates;
   out->fom = (struct kith_fom){out->per_second, out->per_second / omp_get_max_threads(),
-                               (double)(m->package.pair_evaluations - evaluated) / seconds,
+                               out->pairs * out->per_second,
                                kith_profile_counted(m->profile, "step/", "bytes") / updates};
   return KITH_OK;
 }
@@ -207,7 +207,6 @@ static void print_line(const char *what, const struct figures *f, double ns, dou
                        double triad, double ns_all) {
   printf("  %-28s %8.1f", what, ns);
   kith_text_cell(stdout, 8, 2, bytes > 0 ? ns / f->entries : 0);
-  kith_text_cell(stdout, 8, 2, bytes > 0 && f->pairs > 0 ? ns / f->pairs : 0);
   kith_text_cell(stdout, 7, 0, bytes);
   kith_text_cell(stdout, 7, 2, bytes / ns);
   kith_text_cell(stdout, 8, 3, bytes / ns / triad);
@@ -232,8 +231,8 @@ static void print_stages(const char *package, const struct figures *one, const s
   int step = 0;
   while (step < n && strcmp(stage[step].path, "step") != 0) ++step;
   double rest = ns_of(one, step, false);
-  printf("\n  %-28s %8s %8s %8s %7s %7s %8s %10s", package, "ns/node", "ns/entry", "ns/pair", "bytes", "GB/s",
-         "of triad", "over plain");
+  printf("\n  %-28s %8s %8s %7s %7s %8s %10s", package, "self ns", "ns/entry", "bytes", "GB/s", "of triad",
+         "over plain");
   if (all != NULL) printf(" %2d threads %8s", threads, "speed-up");
   printf("\n");
   for (int k = step + 1; k < n && stage[k].depth > 0; ++k) { /* those below the step */
@@ -256,7 +255,7 @@ static void print_stages(const char *package, const struct figures *one, const s
              all != NULL ? all->plain_force : 0);
   printf(
       "  a node and step: %.2f candidates, %.3f ns each in rows; %.2f row entries, hit rate %.4f;"
-      " %.2f pairs\n\n",
+      " %.2f pair evaluations\n\n",
       one->candidates, rows / one->candidates, one->entries, one->entries / one->candidates, one->pairs);
 }
 

@@ -145,7 +145,7 @@ kith_status kith_connectivity_build(struct kith_connectivity *c, const struct ki
   c->ghosts = nodes->ghosts;
   kith_profile_count(profile, "candidates", (double)c->candidates);
   kith_profile_count(profile, "row entries", c->rows.n > 0 ? (double)c->rows.first[c->rows.n] : 0);
-  kith_profile_count(profile, "pairs", (double)c->pairs.n);
+  if (need.pairs) kith_profile_count(profile, "flattened pairs", (double)c->pairs.n);
   return KITH_OK;
 }
 

@@ -15,9 +15,9 @@ for dim in 1 2 3; do
       if ((a > b ? a - b : b - a) > room) print package " " what ": " a ", " b
     }
     /triad on 1 thread/ { triad = $6 }
-    /ns\/node/ { package = $1; ++packages; n = sum = moved = plain = 0; next }
-    n >= 0 && NF >= 8 && $(NF - 6) ~ /^[0-9.]+$/ && package != "" {
-      ns = $(NF - 6); bytes = $(NF - 3)
+    /self ns/ { package = $1; ++packages; n = sum = moved = plain = 0; next }
+    n >= 0 && NF >= 7 && $(NF - 5) ~ /^[0-9.]+$/ && package != "" {
+      ns = $(NF - 5); bytes = $(NF - 3)
       if ($1 == "reference:") plain += ns
       else if ($1 == "step") { step = ns; traffic = bytes; over = $NF }
       else { sum += ns; ++n; if (bytes != "-") moved += bytes }
@@ -26,7 +26,7 @@ for dim in 1 2 3; do
       if (bytes == "-") next
       near("bytes over ns of " $1, $(NF - 2) * ns, bytes, half(0) + ns * half(2) + $(NF - 2) * half(1))
       near("triad of " $1, $(NF - 1) * triad, $(NF - 2), (1 + $(NF - 1)) * half(2) + triad * half(3))
-      time[++counted] = ns; entry[counted] = $(NF - 5); pair[counted] = $(NF - 4)
+      time[++counted] = ns; entry[counted] = $(NF - 4)
     }
     / candidates, / {
       candidates = $5 + 0; each = $7; entries = $12; hit = $17 + 0; pairs = $18
@@ -36,12 +36,10 @@ for dim in 1 2 3; do
       near("sum of bytes", moved, traffic, (n + 1) * half(0))
       near("over plain", over * plain, step, half(1) + plain * half(2) + over * 2 * half(1))
       if (!(counted >= 5 && force > 0 && hit > 0 && hit <= 1)) print package ": a figure is missing"
-      for (; counted > 0; --counted) {
+      if (!(pairs > entries)) print package ": " pairs " pair evaluations" # densities alone take each entry
+      for (; counted > 0; --counted)
         near("entries", entry[counted] * entries, time[counted],
           half(1) + (entries + entry[counted]) * half(2))
-        if (pair[counted] != "-")
-          near("pairs", pair[counted] * pairs, time[counted], half(1) + (pairs + pair[counted]) * half(2))
-      }
       package = ""
     }
     END { if (packages < 3) print packages + 0 " packages" }' stdout >differs

@@ -22,6 +22,12 @@ stages remix tiny.yaml --set method.package=remix
 stages blocks tiny.yaml --set scheme.steps=block
 stages culled "$inputs/plate.yaml" --set resolution=50 --set output.plot=false
 
+# Flattened pairs are counted where lists of them are built.
+"$kith" run tiny.yaml --quiet --profile --steps 1 -o unpaired >unpaired.txt
+"$kith" run "$inputs/plate.yaml" --quiet --profile --steps 1 -o paired --set output.plot=false >paired.txt
+! grep '\. .*pairs' unpaired.txt || wrong "pairs of lists that are not built"
+grep -q '\. flattened pairs [1-9]' paired.txt || wrong "no flattened pairs at a barrier"
+
 # The table of the progress: at the end of the run no node limits the step.
 "$kith" run tiny.yaml -o gather >stdout 2>stderr
 tail -n 1 stderr | grep -qE "^ +[0-9]+ .* end +- +[0-9]+ 100\.0% " || wrong "progress: $(<stderr)"
