@@ -32,7 +32,7 @@ static const char *const details[KITH_N_VERBS] = {
     [KITH_VERB_plan] =
         "Prints which structures are required by whom, memory, time step, the cost by a calibration run with "
         "fewer nodes, and settings that save time. With --ranks N: work, ghosts and neighbor ranks of each "
-        "partitioner.\n"
+        "partitioner, and the memory of a rank.\n"
         "  kith plan inputs/sedov.yaml --set resolution=100\n"
         "  kith plan inputs/sedov.yaml --ranks 4096",
     [KITH_VERB_bench] =
