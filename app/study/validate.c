@@ -187,12 +187,13 @@ static bool holds(const struct limit *limit, double value) {
 }
 
 static void print_row(const struct validation *v, const struct kith_row *row, const struct outcome *o) {
-  char limit[32] = "";
+  char limit[32] = "", value[32] = "-";
   const bool same = o->same.difference <= row->tolerance;
   const struct limit required = limit_of(row);
   if (row->kind != KITH_ROW_NOTHING)
     snprintf(limit, sizeof limit, "%-2s %-10.4g", required.relation, required.value);
-  printf("%-*s %12.5g  %-13s %-6s %9.1e %7.0f %7.1f s", v->width, row->job.label, o->value, limit,
+  if (row->kind != KITH_ROW_NOTHING) snprintf(value, sizeof value, "%.5g", o->value);
+  printf("%-*s %12s  %-13s %-6s %9.1e %7.0f %7.1f s", v->width, row->job.label, value, limit,
          o->good ? "ok" : "FAILED", last_value(v, "energy_drift"), last_value(v, "floors"), o->seconds);
   if (o->same.difference == 0) printf("  same as %s", row->like);
   if (o->same.difference > 0)
