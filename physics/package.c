@@ -21,6 +21,12 @@ static kith_status check_neighbors(const struct kith_package *package) {
   return KITH_OK;
 }
 
+static const enum kith_limit limit_of_added[] = {
+#define X(name) KITH_LIMIT_##name,
+    KITH_ADDED_PACKAGE_LIST(X)
+#undef X
+};
+
 struct kith_package_traits kith_package_traits(const struct kith_package_ops *ops, const void *settings) {
   return ops->traits != NULL ? ops->traits(settings) : (struct kith_package_traits){0};
 }
@@ -45,7 +51,7 @@ kith_status kith_package_init(struct kith_package *package) {
   package->pair_acceleration = package->hydro->acceleration;
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   for (int k = 0; k < KITH_ADDED_PACKAGES; ++k)
-    if (kith_added_all()[k] == package->ops) package->limit = (enum kith_limit)(KITH_LIMIT_cooling + 1 + k);
+    if (kith_added_all()[k] == package->ops) package->limit = limit_of_added[k];
   package->self_weight = kith_kernel_self_weight(package->kernel, package->neighbors);
   if (package->ops->self_size > 0) KITH_TRY(kith_resize(&package->self, 0, 1, package->ops->self_size));
   return package->ops->create != NULL ? package->ops->create(package) : KITH_OK;

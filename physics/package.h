@@ -94,10 +94,10 @@ struct kith_package_ops {
   void (*destroy)(struct kith_package *package);
   /* Returns what it requires of the connectivity. NULL: rows, and rows of ghosts if these are recomputed. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
-  /* Computes rates from the state, and sets those of all nodes, or as an added package adds to them; NULL: it
-   * has none. OUTGROWN: a support has to grow beyond the search
-   * radius of its node; such supports are set to what to try next, and the caller rebuilds the connectivity
-   * and calls again. DIVERGED: a support does not converge; it is NaN. */
+  /* Computes rates from the state; an added package adds them to those of the packages before. NULL: it has
+   * none. OUTGROWN: a support has to grow beyond the search radius of its node; such supports are set to what
+   * to try next, and the caller rebuilds the connectivity and calls again. DIVERGED: a support does not
+   * converge; it is NaN. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
                           const struct kith_kick *kick);
   size_t (*bytes)(const struct kith_package *package);        /* owned by the private state; NULL: 0 */

@@ -3,7 +3,7 @@
  *
  * The objects are those of a run, with the rates at the start: FAILED if these cannot be evaluated. Steps and
  * cost are those of a calibration run, with fewer nodes if the scene takes long (calibration.h). */
-#include "app/cli/options.h"
+#include "app/plan/plan_ranks.h"
 
 #include <math.h>
 #include <omp.h>
@@ -14,36 +14,10 @@
 #include "app/initial/deposits.h"
 #include "app/initial/initial_conditions.h"
 #include "app/initial/lattice.h"
-#include "app/plan/forecast.h"
-#include "integrator/lifecycle.h"
 #include "integrator/window.h"
 
 enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
 static const double LEAST_PAIRS = 1e8, MOST_PAIRS = 2e8; /* pair evaluations of calibration: a few seconds */
-
-struct plan {
-  struct kith_scene *scene;
-  struct kith_scene *coarse;           /* NULL: the scene itself is simulated; else at a lower resolution */
-  double node_ratio, resolution_ratio; /* of the scene to the simulation */
-  struct kith_profile *profile;
-  struct kith_simulation *simulation;
-  struct kith_cells cells;    /* of the ranks, unless there is a coarse scene */
-  struct kith_ledger started; /* when the first rates were there */
-  double full_dt;             /* the limit by the first rates; the first step takes a fraction of it */
-  double evaluation;          /* seconds of one evaluation at the start */
-  double growth;              /* mean time of an evaluation along the run over that at the start */
-};
-
-/* Prints "  label         text". An empty label continues the line above. */
-__attribute__((format(printf, 2, 3))) static void line(const char *label, const char *format, ...) {
-  char text[2048], indented[32];
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  snprintf(indented, sizeof indented, "  %s", label);
-  kith_text_wrapped(stdout, 16, indented, text);
-}
 
 struct text {
   char s[1024];
@@ -71,7 +45,7 @@ static void add_settings(struct text *text, const struct kith_param *params, con
   }
 }
 
-static void show_materials(const struct plan *plan) {
+static void show_materials(const struct kith_plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_nodes *nodes = m->nodes, *held = kith_boundaries_held(&m->boundaries);
   for (int l = 0; l < nodes->n_lists; ++l) {
@@ -80,11 +54,12 @@ static void show_materials(const struct plan *plan) {
     struct text eos = {""};
     add(&eos, "", "%s", material->eos->name);
     add_settings(&eos, material->eos->params, material->settings);
-    line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
-         plan->node_ratio * (nodes->lists[l].count + frozen), eos.s);
+    kith_plan_line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
+                   plan->node_ratio * (nodes->lists[l].count + frozen), eos.s);
   }
   if (held != NULL)
-    line("", "%-12s %9.0f of these nodes; they never move", "frozen", plan->node_ratio * held->n_internal);
+    kith_plan_line("", "%-12s %9.0f of these nodes; they never move", "frozen",
+                   plan->node_ratio * held->n_internal);
 }
 
 static void structure(const char *name, bool built, int digits, double amount, const char *of,
@@ -101,7 +76,7 @@ static double entries(const struct kith_rows *rows, kith_index n) {
 }
 
 /* Prints the pairwise fields of a list; returns how many there are. */
-static int show_pairwise(const struct plan *plan, const struct kith_pairs *pairs) {
+static int show_pairwise(const struct kith_plan *plan, const struct kith_pairs *pairs) {
   const int n = pairs->fields != NULL ? pairs->fields->n : 0;
   for (int k = 0; k < n; ++k) {
     const struct kith_pairwise *field = &pairs->fields->field[k];
@@ -117,7 +92,7 @@ static int show_pairwise(const struct plan *plan, const struct kith_pairs *pairs
 }
 
 /* Rows in the canonical order of a reproducible run are not traversed by pairs. */
-static bool by_pairs(const struct plan *plan, const struct kith_package *p) {
+static bool by_pairs(const struct kith_plan *plan, const struct kith_package *p) {
   return p->traversal == KITH_TRAVERSE_PAIRS && !plan->scene->reproducible;
 }
 
@@ -127,7 +102,7 @@ struct demand {
   struct kith_requirements need;
 };
 
-static int list_demands(const struct plan *plan, struct demand *demand) {
+static int list_demands(const struct kith_plan *plan, struct demand *demand) {
   int n = 0;
   demand[n++] = (struct demand){"lifecycle", "culling", {.rows = true}};
   for (const struct kith_package *p = &plan->simulation->package; p != NULL; p = p->next)
@@ -139,7 +114,7 @@ static int list_demands(const struct plan *plan, struct demand *demand) {
   return n;
 }
 
-static void show_requirements(const struct plan *plan) {
+static void show_requirements(const struct kith_plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_connectivity *c = m->connectivity;
   const kith_index internal = m->nodes->n_internal;
@@ -169,42 +144,40 @@ static void show_requirements(const struct plan *plan) {
 
 /* Ghosts are those of the lists after the first rates, whose supports have converged; they grow as a surface
  * with the resolution. */
-static void show_lifecycle(const struct plan *plan) {
+static void show_lifecycle(const struct kith_plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
   const struct kith_ledger *l = &it->ledger, *started = &plan->started;
   const double lists = fmax((double)(l->lifecycles - started->lifecycles), 1),
                scale = plan->node_ratio / plan->resolution_ratio / lists;
   struct text text = {""};
-  line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
+  kith_plan_line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
   for (int k = 0; k < m->rebuilds.n; ++k)
     add(&text, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name, m->rebuilds.policy[k].ops->doc);
-  line("rebuild",
-       kith_rebuilds_lasting(&m->rebuilds) ? "%s; skin %.3g of the support"
-                                           : "%s; %.3g of the support more, should it grow in the step",
-       text.s, it->skin);
+  kith_plan_line("rebuild",
+                 kith_rebuilds_lasting(&m->rebuilds)
+                     ? "%s; skin %.3g of the support"
+                     : "%s; %.3g of the support more, should it grow in the step",
+                 text.s, it->skin);
   if (m->boundaries.n == 0)
-    line("ghosts", "none: no boundary creates any");
+    kith_plan_line("ghosts", "none: no boundary creates any");
   else
-    line("ghosts", "%.0f created at the start, %.0f culled, %.0f kept%s",
-         scale * (double)(l->ghosts_created - started->ghosts_created),
-         scale * (double)(l->ghosts_culled - started->ghosts_culled),
-         scale * (double)(l->ghosts_kept - started->ghosts_kept), it->cull ? "" : "; culling is off");
+    kith_plan_line("ghosts", "%.0f created at the start, %.0f culled, %.0f kept%s",
+                   scale * (double)(l->ghosts_created - started->ghosts_created),
+                   scale * (double)(l->ghosts_culled - started->ghosts_culled),
+                   scale * (double)(l->ghosts_kept - started->ghosts_kept),
+                   it->cull ? "" : "; culling is off");
   if (it->reorder_every > 0)
-    line("reordering", "along the space-filling curve, checked every %d lifecycles", it->reorder_every);
+    kith_plan_line("reordering", "along the space-filling curve, checked every %d lifecycles",
+                   it->reorder_every);
   else
-    line("reordering", "never");
-}
-
-/* Is a stage at the top, and of the evaluations that were measured, without the first rates? */
-static bool measured(const struct kith_stage *stage) {
-  return stage->depth == 0 && strcmp(stage->path, "start") != 0;
+    kith_plan_line("reordering", "never");
 }
 
 /* Prints an evaluation at the start, and what it consists of, in the order of the first call: the passes of
  * packages (stages directly below them), and other stages. They have their parts of its seconds, which are
  * those of the fastest evaluation, and of the processor if there is one thread. */
-static void show_evaluation(const struct plan *plan) {
+static void show_evaluation(const struct kith_plan *plan) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(plan->profile, &stage);
   double all = 0;
@@ -213,7 +186,7 @@ static void show_evaluation(const struct plan *plan) {
   for (int pass = 0; pass < 2; ++pass)
     for (int s = 0; s < n; ++s) {
       const struct kith_stage *top = stage[s].depth == 1 ? &stage[stage[s].parent] : &stage[s];
-      if (!measured(top) || stage[s].depth != (kith_package_find(top->name) != NULL)) continue;
+      if (!kith_plan_measured(top) || stage[s].depth != (kith_package_find(top->name) != NULL)) continue;
       const uint64_t calls = stage[s].calls / top->calls;
       if (pass == 0) {
         all += stage[s].seconds;
@@ -223,7 +196,7 @@ static void show_evaluation(const struct plan *plan) {
       if (calls > 1) add(&text, " ", "x %d", (int)calls);
       add(&text, " ", "%s", kith_text_seconds(time, plan->evaluation / all * stage[s].seconds));
     }
-  line("evaluation", "%s at the start: %s", kith_text_seconds(time, plan->evaluation), text.s);
+  kith_plan_line("evaluation", "%s at the start: %s", kith_text_seconds(time, plan->evaluation), text.s);
 }
 
 /* Prints the parameters of a package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
@@ -232,12 +205,12 @@ static void show_settings(const char *label, const struct kith_param *params, co
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
     if (p->kind == KITH_PARAM_MAP) show_settings(p->key, p->params, settings);
   add_settings(&text, params, settings);
-  if (text.s[0] != '\0') line(label, "%s", text.s);
+  if (text.s[0] != '\0') kith_plan_line(label, "%s", text.s);
 }
 
 /* Prints whether gas at rest stays on each lattice of the scene, as where kith_lattice_stiffness() > 0, which
  * is that of spherical supports. */
-static void show_lattices(const struct plan *plan) {
+static void show_lattices(const struct kith_plan *plan) {
   const struct kith_scene *scene = plan->simulation->scene;
   const struct kith_package *p = &plan->simulation->package;
   double stiffness[KITH_LATTICES];
@@ -253,39 +226,41 @@ static void show_lattices(const struct plan *plan) {
     const char *name = kith_lattice_names[k];
     if (!used[k] || !isfinite(stiffness[k])) continue;
     if (stiffness[k] > 0)
-      line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", name, stiffness[k]);
+      kith_plan_line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", name, stiffness[k]);
     else
-      line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s", name,
-           stiffness[k], stiff.s[0] != '\0' ? stiff.s : "none");
+      kith_plan_line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s",
+                     name, stiffness[k], stiff.s[0] != '\0' ? stiff.s : "none");
   }
 }
 
-static void show_method(const struct plan *plan) {
+static void show_method(const struct kith_plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_package *p = &m->package;
-  line("method", "%s: %s", p->ops->name, p->ops->doc);
-  line("kernel", "%s, %.4g neighbors (%s)", kith_kernel_facts[p->kernel].name, p->neighbors,
-       m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this package and kernel");
+  kith_plan_line("method", "%s: %s", p->ops->name, p->ops->doc);
+  kith_plan_line(
+      "kernel", "%s, %.4g neighbors (%s)", kith_kernel_facts[p->kernel].name, p->neighbors,
+      m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this package and kernel");
   show_settings("settings", p->ops->params, p->settings);
   show_lattices(plan);
   for (const struct kith_package *added = p->next; added != NULL; added = added->next) {
-    line("added", "%s: %s", added->ops->name, added->ops->doc);
+    kith_plan_line("added", "%s: %s", added->ops->name, added->ops->doc);
     show_settings("settings", added->ops->params, added->settings);
   }
-  line("energy", "%s",
-       p->compatible ? "compatible: from the work of pairs, conserved to round-off"
-                     : "thermal: its own equation");
-  line("traversal", "%s (%s)", by_pairs(plan, p) ? "pairs" : "gather",
-       m->scene->reproducible           ? "reproducible: rows are summed in the order of the ids of nodes"
-       : m->scene->traversal[0] != '\0' ? "as the scene says"
-       : NDIM > 1                       ? "the default: a pair within a tile of nodes is evaluated once"
-                  : "the default of 1-D: rows are short, and evaluating a pair at both its ends is faster");
+  kith_plan_line("energy", "%s",
+                 p->compatible ? "compatible: from the work of pairs, conserved to round-off"
+                               : "thermal: its own equation");
+  kith_plan_line(
+      "traversal", "%s (%s)", by_pairs(plan, p) ? "pairs" : "gather",
+      m->scene->reproducible           ? "reproducible: rows are summed in the order of the ids of nodes"
+      : m->scene->traversal[0] != '\0' ? "as the scene says"
+      : NDIM > 1                       ? "the default: a pair within a tile of nodes is evaluated once"
+                 : "the default of 1-D: rows are short, and evaluating a pair at both its ends is faster");
   show_evaluation(plan);
-  line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
+  kith_plan_line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }
 
 /* Ghosts grow as a surface with the resolution, and are a smaller part of the nodes of a large scene. */
-static void show_memory(const struct plan *plan) {
+static void show_memory(const struct kith_plan *plan) {
   struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
   const struct kith_nodes *nodes = plan->simulation->nodes;
   const double n = plan->node_ratio * fmax(nodes->n_internal, 1), ghosts = plan->node_ratio * nodes->n_ghost,
@@ -302,26 +277,28 @@ static void show_memory(const struct plan *plan) {
   printf("    %-12s  %12s  %14.1f\n\n", "sum", kith_text_bytes(text, total), total / n);
 }
 
-static void show_dt(const struct plan *plan, double until) {
+static void show_dt(const struct kith_plan *plan, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const struct kith_timestep_limit *limit = &it->timestep_limit;
   const double first = limit->dt / plan->resolution_ratio, release = kith_deposits_next(plan->scene, 0),
                end = fmin(until, release);
-  line("Courant", "%.3g (%s)", it->cfl,
-       plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
+  kith_plan_line(
+      "Courant", "%.3g (%s)", it->cfl,
+      plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
   if (kith_scheme_has_blocks(it->scheme, it->settings))
-    line("base step", "%.4g at first%s; the shortest step is that of node %lld, which allows %.4g (%s)",
-         fmin(first, end),
-         first <= end  ? ""
-         : end < until ? ", until energy is released"
-                       : ", the whole run",
-         (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
+    kith_plan_line("base step",
+                   "%.4g at first%s; the shortest step is that of node %lld, which allows %.4g (%s)",
+                   fmin(first, end),
+                   first <= end  ? ""
+                   : end < until ? ", until energy is released"
+                                 : ", the whole run",
+                   (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
   else if (it->fixed_dt > 0)
-    line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
-         it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
+    kith_plan_line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
+                   it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
   else
-    line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s)", first, plan->full_dt,
-         (long long)limit->node, kith_limit_name(limit->reason));
+    kith_plan_line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s)", first,
+                   plan->full_dt, (long long)limit->node, kith_limit_name(limit->reason));
 }
 
 /* Number of steps to `until`, which grow as the integrator lets them (KITH_GROWTH) up to the full dt. */
@@ -342,19 +319,20 @@ static void show_steps(const struct kith_calibration *c, kith_status calibrated,
            reached);
   const char *label = parts ? "updates" : "steps";
   if (calibrated == KITH_OK)
-    line(label, "%s%s", many,
-         c->resolution < resolution || c->reached < until ? taken
-                                                          : ", counted by running the scene to its end");
+    kith_plan_line(label, "%s%s", many,
+                   c->resolution < resolution || c->reached < until
+                       ? taken
+                       : ", counted by running the scene to its end");
   else
-    line(label, "%s, an estimate: %s; calibration: %s", many,
-         fixed   ? "all of the same length"
-         : parts ? "as many as if all nodes were updated in each step"
-                 : "dt grows by a quarter a step and then stays as it is now",
-         kith_failure());
+    kith_plan_line(label, "%s, an estimate: %s; calibration: %s", many,
+                   fixed   ? "all of the same length"
+                   : parts ? "as many as if all nodes were updated in each step"
+                           : "dt grows by a quarter a step and then stays as it is now",
+                   kith_failure());
 }
 
 /* Prints steps and cost: the longer the calibration run, the more reliable. */
-static void show_cost(struct plan *plan, const struct kith_options *options, double until) {
+static void show_cost(struct kith_plan *plan, const struct kith_options *options, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const bool fixed = it->fixed_dt > 0, blocks = kith_scheme_has_blocks(it->scheme, it->settings),
              parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
@@ -375,16 +353,17 @@ static void show_cost(struct plan *plan, const struct kith_options *options, dou
   plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
   if (calibrated == KITH_OK && !fixed) steps = c.expected;
   show_steps(&c, calibrated, fixed, parts, plan->scene->resolution, steps, until);
-  line("cost",
-       "about %s: %.3g %s of %d evaluation%s, which take%s %.2f times as long as at the start; %d thread%s",
-       kith_text_seconds(all, steps * it->evaluations * plan->evaluation * plan->growth), steps,
-       parts ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
-       it->evaluations == 1 ? "s" : "", plan->growth, omp_get_max_threads(),
-       omp_get_max_threads() == 1 ? "" : "s");
+  kith_plan_line(
+      "cost",
+      "about %s: %.3g %s of %d evaluation%s, which take%s %.2f times as long as at the start; %d thread%s",
+      kith_text_seconds(all, steps * it->evaluations * plan->evaluation * plan->growth), steps,
+      parts ? "updates of all nodes," : "steps", it->evaluations, it->evaluations == 1 ? "" : "s",
+      it->evaluations == 1 ? "s" : "", plan->growth, omp_get_max_threads(),
+      omp_get_max_threads() == 1 ? "" : "s");
 }
 
 /* The part of the updates of a global step that the limits of the nodes themselves ask for at the start. */
-static double share_of_updates(const struct plan *plan) {
+static double share_of_updates(const struct kith_plan *plan) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   double sum = 0;
 #pragma omp parallel for schedule(static) reduction(+ : sum)
@@ -407,7 +386,7 @@ static bool is_accepted(const struct kith_options *options, const char *told) {
 /* Prints settings that would save time, and their trade-off: model no more than a scene needs. Block steps
  * pay where steps differ much: a tick costs more than a step of as many nodes, and steps are rounded down.
  * The start says nothing of energies that are released later. */
-static void show_cheaper(const struct plan *plan, const struct kith_options *options, double until) {
+static void show_cheaper(const struct kith_plan *plan, const struct kith_options *options, double until) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
   const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings),
@@ -440,125 +419,17 @@ static void show_cheaper(const struct plan *plan, const struct kith_options *opt
       traits.cheaper};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
-    if (settings[k] != NULL && is_accepted(options, settings[k])) line(label, "%s", settings[k]), label = "";
+    if (settings[k] != NULL && is_accepted(options, settings[k]))
+      kith_plan_line(label, "%s", settings[k]), label = "";
 }
 
-/* Prints the line of a partitioner, or why there is none. */
-static void show_forecast(const char *partitioner, kith_status status, const struct kith_forecast *f) {
-  char bytes[32], seconds[32];
-  if (status != KITH_OK) {
-    kith_text_wrapped(stdout, 14, "", kith_failure());
-    return;
-  }
-  printf("  %-11s %9.3f %8.0f %7.0f %6.1f %5.0f %9.0f %11s %11s %10.3f\n", partitioner, f->imbalance,
-         f->ghosts, f->most_ghosts, f->peers, f->most_peers, f->messages, kith_text_bytes(bytes, f->bytes),
-         kith_text_seconds(seconds, f->seconds), f->efficiency);
-  fflush(stdout); /* the next one may take seconds */
-}
-
-/* Prints the memory of a rank: the bytes that nodes and ghosts have in this process, and those of the map. */
-static void show_memory_of_rank(const struct plan *plan, const char *partitioner,
-                                const struct kith_forecast *f, int n_ranks) {
-  enum { CELL = 16 /* bytes, while the balance is checked */ };
-  struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
-  const struct kith_nodes *nodes = plan->simulation->nodes;
-  const double own = plan->node_ratio * nodes->n_internal / n_ranks,
-               ghosts = f->ghosts + plan->node_ratio / plan->resolution_ratio * nodes->n_ghost / n_ranks;
-  double sum = CELL * f->cells;
-  char all[32], map[32];
-  kith_simulation_bytes(plan->simulation, bytes);
-  for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k)
-    sum += (double)bytes[k].bytes *
-           (bytes[k].of_ghosts ? (own + ghosts) / kith_nodes_count(nodes) : own / nodes->n_internal);
-  line("memory", "%s a rank with %s: of %.0f nodes, %.0f ghosts and images, and %s of the map of cells",
-       kith_text_bytes(all, sum), partitioner, own, ghosts, kith_text_bytes(map, CELL * f->cells));
-}
-
-/* The part of the time at the start that is spent in stages which treat ghosts as nodes: g of forecast.h. */
-static double part_of_ghost_stages(const struct plan *plan) {
-  static const char *const names[] = {"ghosts", "neighbors", "cull", "patch"};
-  const struct kith_stage *stage;
-  const int n = kith_profile_stages(plan->profile, &stage);
-  double all = 0, items = 0;
-  for (int s = 0; s < n; ++s) {
-    if (measured(&stage[s])) all += stage[s].seconds;
-    for (size_t k = 0; k < sizeof names / sizeof *names && stage[s].depth == 1; ++k)
-      if (measured(&stage[stage[s].parent]) && strcmp(stage[s].name, names[k]) == 0)
-        items += stage[s].seconds;
-  }
-  return all > 0 ? items / all : 0;
-}
-
-/* Fills in T and the other inputs of forecast.h; some thousand nodes rehearse what ranks tell each other. */
-static kith_status cost_of_step(const struct plan *plan, const struct kith_options *options,
-                                struct kith_step_cost *cost) {
-  enum { REHEARSE_NODES = 2000 };
-  const struct kith_simulation *m = plan->simulation;
-  const double coarsening = kith_root_dim(fmax(plan->node_ratio * m->nodes->n_internal / REHEARSE_NODES, 1));
-  *cost = (struct kith_step_cost){.ghost_stage_part = part_of_ghost_stages(plan),
-                                  .images = plan->node_ratio / plan->resolution_ratio * m->nodes->n_ghost,
-                                  .machine = plan->scene->machine};
-  KITH_TRY(
-      kith_rehearsal_run(&cost->rehearsal, options, 2 * ceil(0.5 * plan->scene->resolution / coarsening)));
-  cost->seconds = plan->evaluation * plan->growth * cost->rehearsal.evaluations;
-  return KITH_OK;
-}
-
-/* Lists of all nodes with all images, those too that one process culls: ranks make them. */
-static kith_status list_all_images(struct kith_integrator *it) {
-  it->cull = false;
-  if (it->follows) memset(it->nodes->activity->u8, KITH_ACTIVE, (size_t)it->nodes->n_internal);
-  KITH_TRY(kith_lifecycle(it, KITH_BECAUSE_requested));
-  return kith_lifecycle_close(it);
-}
-
-/* Prints what each partitioner would make of the scene on N ranks, which may be thousands (forecast.h); of a
- * large scene only the partitioner that the scene chooses. */
-static kith_status show_ranks(struct plan *plan, const struct kith_options *options) {
-  struct kith_simulation *m = plan->simulation;
-  const int n_ranks = options->ranks;
-  const char *own = plan->scene->partition.member.name;
-  char text[128];
-  struct kith_step_cost cost;
-  struct kith_forecast f = {0}, of_scene = {0};
-  char seconds[32], latency[32], collective[32], bandwidth[32];
-  KITH_TRY(cost_of_step(plan, options, &cost));
-  KITH_TRY(list_all_images(&m->integrator));
-  printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
-         plan->node_ratio * m->nodes->n_internal / n_ranks,
-         plan->node_ratio * (double)m->integrator.ledger.last_row_entries / n_ranks);
-  line("a step", "%s on one rank; %.1f collective calls, %.1f messages to a neighbor, %.1f to a peer",
-       kith_text_seconds(seconds, cost.seconds), cost.rehearsal.collectives, cost.rehearsal.told,
-       cost.rehearsal.created + cost.rehearsal.kept);
-  line("a message", "%s, its bytes %s a second, a collective call %s log2 N (machine: of the scene)",
-       kith_text_seconds(latency, cost.machine.latency), kith_text_bytes(bandwidth, cost.machine.bandwidth),
-       kith_text_seconds(collective, cost.machine.collective));
-  putchar('\n');
-  printf("  %-11s %9s %16s %12s %45s\n", "", "work", "ghosts of a rank", "peers of it", "a step of a rank");
-  printf("  %-11s %9s %8s %7s %6s %5s %9s %11s %11s %10s\n", "partitioner", "imbalance", "mean", "most",
-         "mean", "most", "messages", "bytes", "time", "efficiency");
-  for (const struct kith_partitioner_ops *const *p = kith_partitioner_all(); *p != NULL; ++p) {
-    const bool alone = plan->coarse != NULL;
-    const bool chosen = *p == kith_partitioner_find(own);
-    if ((*p)->needs != NULL || (alone && !chosen)) continue;
-    snprintf(text, sizeof text, "%s", (*p)->name);
-    if (chosen) kith_scene_partitioner(plan->scene, text, sizeof text);
-    const kith_status status =
-        kith_forecast_ranks(plan->scene, m, alone ? NULL : &plan->cells, &cost, n_ranks, text, &f);
-    show_forecast((*p)->name, status, &f);
-    if (chosen && status == KITH_OK) of_scene = f;
-    if (status == KITH_BAD_INPUT) break; /* of any partitioner */
-  }
-  if (of_scene.cells > 0) putchar('\n'), show_memory_of_rank(plan, own, &of_scene, n_ranks);
-  return KITH_OK;
-}
-
-static void show(struct plan *plan, const struct kith_options *options, double until) {
+static void show(struct kith_plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);
   if (plan->coarse != NULL)
-    line("simulated", "resolution %.4g, %d nodes; what follows is scaled to %.4g, %.3g times as many",
-         plan->coarse->resolution, plan->simulation->nodes->n_internal, plan->scene->resolution,
-         plan->node_ratio);
+    kith_plan_line("simulated",
+                   "resolution %.4g, %d nodes; what follows is scaled to %.4g, %.3g times as many",
+                   plan->coarse->resolution, plan->simulation->nodes->n_internal, plan->scene->resolution,
+                   plan->node_ratio);
   show_materials(plan);
   show_requirements(plan);
   show_lifecycle(plan);
@@ -568,13 +439,13 @@ static void show(struct plan *plan, const struct kith_options *options, double u
   show_cost(plan, options, until);
   show_cheaper(plan, options, until);
   fflush(stdout);
-  if (options->ranks > 1 && show_ranks(plan, options) != KITH_OK)
+  if (options->ranks > 1 && kith_plan_ranks(plan, options) != KITH_OK)
     fprintf(stderr, "kith: warning: ranks: %s\n", kith_failure());
 }
 
 /* Reads the scene; if it is too large to lay out here, also at a lower resolution, to be simulated
  * instead. */
-static kith_status read_scenes(struct plan *plan, const struct kith_options *o) {
+static kith_status read_scenes(struct kith_plan *plan, const struct kith_options *o) {
   double *site_volume = NULL, sites = 0, coarse = 0;
   plan->node_ratio = plan->resolution_ratio = 1;
   KITH_TRY(kith_scene_read(&plan->scene, o->subject, o->n_overrides, o->overrides));
@@ -597,7 +468,7 @@ static kith_status read_scenes(struct plan *plan, const struct kith_options *o) 
 }
 
 /* Evaluates the rates at the start, and measures how long that takes. */
-static kith_status prepare(struct plan *plan, const struct kith_options *o, enum kith_exit *code) {
+static kith_status prepare(struct kith_plan *plan, const struct kith_options *o, enum kith_exit *code) {
   KITH_TRY(read_scenes(plan, o));
   KITH_TRY(kith_profile_create(&plan->profile, omp_get_max_threads(), false));
   KITH_TRY(kith_simulation_create(&plan->simulation, plan->coarse != NULL ? plan->coarse : plan->scene, NULL,
@@ -617,7 +488,7 @@ static kith_status prepare(struct plan *plan, const struct kith_options *o, enum
 }
 
 enum kith_exit kith_plan(const struct kith_options *options) {
-  struct plan plan = {0};
+  struct kith_plan plan = {0};
   enum kith_exit code = KITH_EXIT_USAGE;
   const kith_status status = prepare(&plan, options, &code);
   if (status == KITH_NO_MEMORY) code = KITH_EXIT_FAILED;

@@ -283,10 +283,9 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   if (external && active)
     kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, g);
   for (int a = 0; a < NDIM; ++a) {
-    const double o = base * opening[a],
-                 last =
-                     external ? active ? all[a] : all[a] - pairs[a] : 0, /* external, at the last activity */
-        ahead = w[a] + middle * last - p[a];                             /* of the prediction, before k */
+    /* The external force at the last activity; by how much the velocity is ahead of the prediction. */
+    const double last = external ? active ? all[a] : all[a] - pairs[a] : 0;
+    const double o = base * opening[a], ahead = w[a] + middle * last - p[a];
     fall += active ? last * (0.5 * (v[a] + p[a]) - w[a] - (middle - 0.5 * since) * last) : last * (k[a] + o);
     closing_work += k[a] * (ahead + 0.5 * k[a]);
     opening_work += opening[a] * (ahead + k[a]);

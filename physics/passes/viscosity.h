@@ -100,9 +100,9 @@ static inline bool kith_viscosity_balsara(const struct kith_viscosity_settings *
 
 /* The fields of the viscosity; NULL: these settings need none. */
 struct kith_viscosity_fields {
-  struct kith_field *shear; /* of a limited viscosity: the symmetric part of dv_a/dx_b */
-  struct kith_field *curl,
-      *factor; /* |curl v|; what multiplies the viscosity, Balsara's factor or a switch */
+  struct kith_field *shear;  /* of a limited viscosity: the symmetric part of dv_a/dx_b */
+  struct kith_field *curl;   /* |curl v| */
+  struct kith_field *factor; /* what multiplies the viscosity: Balsara's factor, a switch or both */
 };
 static inline kith_status kith_viscosity_create(const struct kith_package *package,
                                                 const struct kith_viscosity_settings *settings,

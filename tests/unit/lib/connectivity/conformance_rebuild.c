@@ -72,13 +72,19 @@ static void always_and_never(void) {
   kith_nodes_destroy(&nodes);
 }
 
-/* Does a policy fire? If none covers the check may stop the run instead. */
+/* Does a policy fire that can, with its own reason? If none covers the check may stop the run instead, and
+ * must if none can fire. */
 static bool fires_or_stops(struct kith_rebuilds *r, const struct kith_nodes *nodes) {
   enum kith_rebuild_reason reason;
   const kith_status status = kith_rebuilds_check(r, nodes, KITH_OK, &reason);
-  bool covers = false;
-  for (int k = 0; k < r->n; ++k) covers = covers || r->policy[k].ops->covers;
-  return status == KITH_OK ? reason != KITH_BECAUSE_none : status == KITH_STALE && !covers;
+  bool covers = false, fired = false;
+  for (int k = 0; k < r->n; ++k) {
+    const struct kith_rebuild_ops *ops = r->policy[k].ops;
+    covers = covers || ops->covers;
+    fired = fired ||
+            (reason == r->policy[k].reason && (ops->covers || ops->every_step || ops->needs_rebuild != NULL));
+  }
+  return status == KITH_OK ? fired : status == KITH_STALE && !covers;
 }
 
 /* When the lists may miss a pair a policy rebuilds them, or the check stops the run; policies that let lists
