@@ -22,10 +22,10 @@ static const struct kith_verb verbs[KITH_N_VERBS] = {KITH_VERB_LIST(X)};
 /* What `kith VERB --help` adds: what the verb reads and writes, and examples. */
 static const char *const details[KITH_N_VERBS] = {
     [KITH_VERB_run] =
-        "Writes to DIR: snapshot_NNNN.hdf (ParaView, yt), snapshots.hdf.series, history.csv (a row for each "
-        "step), report.json (errors, costs, counts), pictures, and a checkpoint every 15 minutes. INT, TERM, "
-        "HUP, USR1 and USR2 stop it after the present step with a checkpoint. After the last step there is "
-        "one only with output.checkpoint_at_end=true.\n"
+        "Writes to DIR: snapshot_NNNN.hdf (ParaView, yt), snapshots.hdf.series, history.csv (a row for the "
+        "start and for each step), report.json (errors, costs, counts), pictures, and a checkpoint every 15 "
+        "minutes. INT, TERM, HUP, USR1 and USR2 stop it after the present step with a checkpoint. After the "
+        "last step there is one only with output.checkpoint_at_end=true.\n"
         "  kith run inputs/sod.yaml --set method.package=crk --set resolution=400\n"
         "  kith run inputs/sedov.yaml --ranks 2 --threads 1 --profile --trace sedov.json\n"
         "  kith run inputs/sedov.yaml -o out/sedov --restart out/sedov/checkpoint.kith --until 0.1",

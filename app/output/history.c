@@ -30,7 +30,7 @@ static double component(const double *vector, int axis) {
 #define PUT(name, least, kind, value, unit, doc) \
   if (NDIM >= (least)) fputs(comma, f), PUT_##kind(value), comma = ",";
 
-kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *m) {
+kith_status kith_history_row(struct kith_history *history, const struct kith_simulation *m) {
   const struct kith_integrator *it = &m->integrator;
   const struct kith_summary *all = &it->summary;
   const struct kith_totals *now = &all->totals;

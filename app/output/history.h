@@ -1,5 +1,5 @@
-/* history.h - DIR/history.csv, a row for each step; readable by gnuplot and pandas as it is. A restart
- * continues it: but for `seconds` it reads like that of the uninterrupted run. */
+/* history.h - DIR/history.csv, a row for the start and for each step; gnuplot and pandas read it as it is. A
+ * restart continues it: but for `seconds` it reads like that of the uninterrupted run. */
 #ifndef KITH_APP_OUTPUT_HISTORY_H
 #define KITH_APP_OUTPUT_HISTORY_H
 
@@ -52,7 +52,8 @@ struct kith_history {
  * columns. */
 kith_status kith_history_open(struct kith_history *history, const char *directory,
                               const struct kith_simulation *simulation, bool restarted);
-/* Appends a row after a step that was summarized, on rank 0, which alone knows of a failure. */
-kith_status kith_history_step(struct kith_history *history, const struct kith_simulation *simulation);
+/* Appends the row of the start, or of a step, once it is summarized; on rank 0, which alone knows of a
+ * failure. */
+kith_status kith_history_row(struct kith_history *history, const struct kith_simulation *simulation);
 
 #endif

@@ -310,9 +310,12 @@ static void warn_of_cores(const struct kith_ranks *ranks) {
   fputc('\n', stderr);
 }
 
-/* Evaluates the first rates of a new run, and takes the totals that its drifts are measured against. */
+/* Evaluates the first rates of a new run, takes the totals that its drifts are measured against, and writes
+ * its state as that of step 0. */
 static kith_status begin(struct run *run) {
-  run->first_step = run->simulation->integrator.step;
+  struct kith_integrator *it = &run->simulation->integrator;
+  run->first_step = it->step;
+  it->summarizes = true;
   if (speaks(run)) kith_simulation_warn(run->simulation);
   if (speaks(run) && !run->options->quiet) warn_of_cores(run->ranks);
   kith_status status = KITH_OK;
@@ -321,11 +324,11 @@ static kith_status begin(struct run *run) {
   run->started = run->saved = kith_seconds();
   run->cpu_started = cpu_seconds();
   if (run->restart == NULL) KITH_TRY(kith_simulation_start(run->simulation));
-  run->first_updates = run->simulation->integrator.ledger.updates;
+  run->first_updates = it->ledger.updates;
   run->first_pairs = run->simulation->package.pair_evaluations;
   if (run->restart != NULL) return KITH_OK;
-  const struct kith_totals first = kith_hydro_totals(&run->simulation->hydro);
-  run->baseline = kith_conservation_baseline_of(&first);
+  run->baseline = kith_conservation_baseline_of(&it->summary.totals);
+  it->pending = kith_history_row(&run->output.history, run->simulation);
   KITH_STAGE(status, run->profile, "comparison", measure_start(run));
   if (status == KITH_OK) status = sample_growth(run);
   KITH_TRY(status);
@@ -367,7 +370,7 @@ _Static_assert((int)SAVE < (int)KITH_WISHES, "room for what a run asks");
 static kith_status after_step(struct run *run) {
   struct kith_integrator *it = &run->simulation->integrator;
   kith_conservation_baseline_update(&run->baseline, run->simulation, &it->summary.totals);
-  it->pending = kith_history_step(&run->output.history, run->simulation);
+  it->pending = kith_history_row(&run->output.history, run->simulation);
   KITH_TRY(sample_growth(run));
   KITH_TRY(kith_contacts_sample(run->output.contacts));
   KITH_TRY(kith_probes_sample(run->output.probes, finished(run)));
@@ -397,7 +400,7 @@ static kith_status steps(struct run *run) {
   if (run->progress.shown)
     fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
             "ghosts", "done", "ETA");
-  it->summarizes = true, it->ask = ask, it->asker = run;
+  it->ask = ask, it->asker = run;
   while (!finished(run)) {
     run->begun = kith_seconds();
     run->next_snapshot = next_snapshot(run);

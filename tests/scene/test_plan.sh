@@ -121,8 +121,9 @@ rm -rf out
 # The first dt of the plan is that of the run.
 planned=$("$@" | sed -n 's/^  first dt *\([^:]*\):.*/\1/p')
 ok "$kith" run tiny.yaml --quiet -o run --steps 1
-[[ $planned == "$(awk -F, 'NR == 2 {printf "%.4g", $3}' run/history.csv)" ]] ||
+[[ $planned == "$(awk -F, 'NR == 3 {printf "%.4g", $3}' run/history.csv)" ]] ||
   wrong "the first dt is not $planned"
+[[ $(sed -n 2p run/history.csv) == 0,0,0,nothing,* ]] || wrong "no row of the start"
 
 # So are the steps of a scene that takes less than a second, also if they get much shorter later.
 for setting in tiny.yaml "$inputs/two-blasts.yaml --set dimension=1 --set resolution=60"; do

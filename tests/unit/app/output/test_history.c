@@ -95,7 +95,7 @@ static void steps(void) {
     for (int k = 0; k < 4; ++k) {
       CHECK_OK(scenario_steps(&s, 1));
       now = kith_hydro_totals(&s.simulation->hydro);
-      CHECK_OK(kith_history_step(&history, s.simulation));
+      CHECK_OK(kith_history_row(&history, s.simulation));
       read_table(&csv, path_in("history.csv"));
       CHECK(csv.n_rows == k + 1);
       check_row(&csv, k, &s, &now);
