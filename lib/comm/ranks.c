@@ -158,7 +158,8 @@ static void join(struct kith_ranks *ranks, MPI_Comm communicator) {
   MPI_Comm_size(ranks->all, &ranks->size);
   MPI_Comm_split_type(ranks->all, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &beside);
   MPI_Comm_size(beside, &ranks->beside);
-  sched_getaffinity(0, sizeof cores, &cores);
+  if (sched_getaffinity(0, sizeof cores, &cores) != 0) /* of more cores than a cpu_set_t has: not bound */
+    memset(&cores, 0xff, sizeof cores);
   MPI_Allreduce(MPI_IN_PLACE, &cores, (int)sizeof cores, MPI_BYTE, MPI_BOR, beside);
   ranks->cores = CPU_COUNT(&cores);
   MPI_Comm_free(&beside);
