@@ -522,15 +522,12 @@ static kith_status test_chunks(const struct kith_build *build, struct kith_rows 
                    kith_status_text((kith_status)status));
 }
 
-/* `wanted` can be told for rows of all internal nodes, with the same nodes and their ghosts as sources. */
+/* `wanted` can be told for rows of all internal nodes, with the same nodes and their ghosts as sources. It is
+ * there then, also if there are no ghosts: ranks wait for each other in when_marked. */
 static kith_status begin_wanted(struct kith_rows *rows, const struct kith_build *build, bool of_ghosts) {
-  const size_t n = (size_t)build->nodes->n_ghost;
-  rows->wanted = NULL;
+  kith_free(&rows->wanted);
   if (of_ghosts || !kith_build_all_targets(build) || build->targets->search != build->search) return KITH_OK;
-  KITH_TRY(kith_reserve(&rows->held, &rows->held_capacity, n, 1));
-  if (n > 0) memset(rows->held, 0, n);
-  rows->wanted = rows->held;
-  return KITH_OK;
+  return kith_resize(&rows->wanted, 0, (size_t)build->nodes->n_ghost + 1, 1);
 }
 
 kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, size_t *candidates) {
@@ -548,11 +545,6 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
   *candidates = 0;
   for (int t = 0; t < scratch->threads; ++t) *candidates += scratch->worker[t].candidates;
   KITH_TRY(kith_rows_sum(rows, build->shifts != NULL ? build->shifts->zero : -1));
-  rows->outer = NULL;
-  if (kith_build_all_targets(build) && !build->unsorted) {
-    KITH_TRY(kith_reserve(&rows->holds_ghosts, &rows->outer_capacity, (size_t)rows->n, 1));
-    rows->outer = rows->holds_ghosts;
-  }
   const size_t longest = build->shifts != NULL ? kith_rows_longest(rows) : 0;
   for (int t = 0; t < scratch->threads && build->shifts != NULL; ++t)
     KITH_TRY(kith_reserve(&scratch->worker[t].key, &scratch->worker[t].key_capacity, 2 * longest,

@@ -186,7 +186,7 @@ void kith_connectivity_mark_ghosts(const struct kith_connectivity *connectivity,
   }
 #pragma omp parallel for schedule(static) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i)
-    for (size_t e = rows->first[i + 1]; e > rows->first[i] && kith_row_is_outer(rows, i); --e) {
+    for (size_t e = rows->first[i + 1]; e > rows->first[i]; --e) {
       const kith_index j = rows->node[e - 1];
       if (j < n && !connectivity->canonical) break;
       if (j < n) continue;

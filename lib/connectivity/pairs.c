@@ -12,10 +12,11 @@ kith_status kith_pairs_reserve(struct kith_pairs *pairs, kith_index rows, size_t
 
 kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs, bool shifts) {
   if (pairs->n > UINT32_MAX) KITH_FAIL(UNSUPPORTED, "%zu pairs: a process can number 2^32", pairs->n);
-  if (shifts)
-    KITH_TRY(kith_reserve(&pairs->shifts, &pairs->shifts_capacity, pairs->n, sizeof *pairs->shifts));
-  pairs->shift = shifts ? pairs->shifts : NULL;
-  return kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node);
+  KITH_TRY(kith_reserve(&pairs->node, &pairs->capacity, pairs->n, sizeof *pairs->node));
+  if (shifts) return kith_reserve(&pairs->shift, &pairs->shifts_capacity, pairs->n, sizeof *pairs->shift);
+  kith_free(&pairs->shift);
+  pairs->shifts_capacity = 0;
+  return KITH_OK;
 }
 
 /* Lower entries e .. of row i, images of one node j, whose first pair with i is `first`: in row j the shifts
@@ -128,8 +129,8 @@ void kith_pairs_carry(struct kith_pairs *pairs) {
 }
 
 void kith_pairs_clear(struct kith_pairs *pairs) {
-  void *const owned[] = {&pairs->node,   &pairs->first,  &pairs->of_row,
-                         &pairs->cursor, &pairs->shifts, &pairs->fields};
+  void *const owned[] = {&pairs->node,   &pairs->first, &pairs->of_row,
+                         &pairs->cursor, &pairs->shift, &pairs->fields};
   for (int k = 0; pairs->fields != NULL && k < pairs->fields->n; ++k)
     kith_free(&pairs->fields->field[k].value);
   for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
@@ -139,7 +140,7 @@ void kith_pairs_clear(struct kith_pairs *pairs) {
 size_t kith_pairs_bytes(const struct kith_pairs *pairs) {
   return pairs->capacity * sizeof *pairs->node + pairs->first_capacity * sizeof *pairs->first +
          (pairs->of_row_capacity + pairs->cursor_capacity) * sizeof(uint32_t) +
-         pairs->shifts_capacity * sizeof *pairs->shifts + (pairs->fields != NULL ? sizeof *pairs->fields : 0);
+         pairs->shifts_capacity * sizeof *pairs->shift + (pairs->fields != NULL ? sizeof *pairs->fields : 0);
 }
 
 /* --- pairwise fields --- */

@@ -42,11 +42,8 @@ struct kith_pairs {
   uint32_t *of_row;    /* [entries of the rows] the pair of each entry */
   uint64_t generation; /* counts builds and patches */
   struct kith_pairwise_fields *fields; /* NULL before the first build. Copies of the list share them */
-  size_t first_capacity, of_row_capacity;
-  uint32_t *cursor; /* [rows]; scratch */
-  size_t cursor_capacity;
-  uint16_t *shifts; /* memory of `shift` */
-  size_t shifts_capacity;
+  uint32_t *cursor;                    /* [rows]; scratch */
+  size_t shifts_capacity, first_capacity, of_row_capacity, cursor_capacity;
 };
 
 /* Pairs and of_row of sorted rows, which may lack the rows of ghosts. */

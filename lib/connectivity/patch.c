@@ -33,7 +33,6 @@ static bool renumber_rows(const struct kith_rows *rows, const struct cull *cull,
 #pragma omp parallel for schedule(static) reduction(min : least) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i) {
     const bool gone = of_nodes && cull->renumber[i] < 0;
-    if (i < cull->n_internal && !kith_row_is_outer(rows, i)) continue;
     for (size_t e = rows->first[i + 1]; e > rows->first[i]; --e) {
       kith_index *node = &rows->node[e - 1];
       if (*node < cull->changed && !gone) break;
@@ -112,7 +111,7 @@ kith_status kith_connectivity_patch(struct kith_connectivity *c, const struct ki
     KITH_TRY(patch(&c->rows, built->pairs ? &c->pairs : NULL, c->rows.n,
                    built->intersection ? &c->intersection : NULL, &cull, stored));
   }
-  c->rows.wanted = NULL; /* by the old numbers */
+  kith_free(&c->rows.wanted); /* by the old numbers */
   c->n = kith_nodes_count(nodes);
   c->ghosts = nodes->ghosts;
   return KITH_OK;

@@ -13,10 +13,11 @@ kith_status kith_rows_reserve(struct kith_rows *rows, kith_index n) {
 kith_status kith_rows_sum(struct kith_rows *rows, int zero) {
   for (kith_index i = 0; i < rows->n; ++i) rows->first[i + 1] += rows->first[i];
   KITH_TRY(kith_reserve(&rows->node, &rows->entries_capacity, rows->first[rows->n], sizeof *rows->node));
-  rows->shift = NULL, rows->zero = KITH_MAX(zero, 0);
-  if (zero < 0) return KITH_OK;
-  KITH_TRY(kith_reserve(&rows->shifts, &rows->shifts_capacity, rows->first[rows->n], sizeof *rows->shifts));
-  rows->shift = rows->shifts;
+  rows->zero = KITH_MAX(zero, 0);
+  if (zero >= 0)
+    return kith_reserve(&rows->shift, &rows->shifts_capacity, rows->first[rows->n], sizeof *rows->shift);
+  kith_free(&rows->shift);
+  rows->shifts_capacity = 0;
   return KITH_OK;
 }
 
@@ -74,17 +75,16 @@ uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n) {
 }
 
 void kith_rows_clear(struct kith_rows *rows) {
-  kith_free(&rows->shifts);
-  kith_free(&rows->holds_ghosts);
-  kith_free(&rows->held);
   kith_free(&rows->first);
   kith_free(&rows->node);
+  kith_free(&rows->shift);
+  kith_free(&rows->wanted);
   *rows = (struct kith_rows){0};
 }
 
 size_t kith_rows_bytes(const struct kith_rows *rows) {
   return rows->rows_capacity * sizeof *rows->first + rows->entries_capacity * sizeof *rows->node +
-         rows->shifts_capacity * sizeof *rows->shifts + rows->outer_capacity + rows->held_capacity;
+         rows->shifts_capacity * sizeof *rows->shift;
 }
 
 size_t kith_rows_longest(const struct kith_rows *rows) {
@@ -148,7 +148,7 @@ size_t kith_compact(size_t *first, kith_index n, const struct kith_column *colum
 }
 
 void kith_rows_compact(struct kith_rows *rows) {
-  rows->wanted = NULL;
+  kith_free(&rows->wanted);
   const struct kith_column columns[] = {
       {rows->node, sizeof *rows->node}, {rows->shift, sizeof *rows->shift}, {0}};
   kith_compact(rows->first, rows->n, columns);

@@ -14,14 +14,10 @@ struct kith_rows {
   kith_index n;
   size_t *first;    /* [n + 1] */
   kith_index *node; /* [first[n]] */
-  uint16_t *shift;  /* [first[n]]; NULL: no entry is displaced. A view of `shifts` */
+  uint16_t *shift;  /* [first[n]]; NULL: no entry is displaced */
   int zero;         /* the number of the zero shift */
-  uint8_t *outer; /* of rows of internal nodes, 1: it holds ghosts; NULL: any may. A view of `holds_ghosts` */
-  uint8_t *wanted; /* of ghosts, 1: a row of an internal node holds it; NULL: not known. A view of `held` */
-  size_t rows_capacity, entries_capacity;
-  uint16_t *shifts;
-  uint8_t *holds_ghosts, *held;
-  size_t shifts_capacity, outer_capacity, held_capacity;
+  uint8_t *wanted;  /* [ghosts] 1: a row of an internal node holds it; NULL: not known */
+  size_t rows_capacity, entries_capacity, shifts_capacity;
 };
 
 /* Memory for n rows; first[0] = 0. */
@@ -34,9 +30,6 @@ static inline int kith_rows_zero(const struct kith_rows *rows) {
 }
 static inline int kith_row_shift(const struct kith_rows *rows, size_t e) {
   return rows->shift != NULL ? rows->shift[e] : 0;
-}
-static inline bool kith_row_is_outer(const struct kith_rows *rows, kith_index i) {
-  return rows->outer == NULL || rows->outer[i] != 0;
 }
 /* The shifts of entries first .. first + n - 1 if any of these is displaced, else NULL: most rows hold no
  * image, and need no shifts. shift: NULL, or the shifts of all entries. */

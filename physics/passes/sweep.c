@@ -4,7 +4,7 @@
 /* Does row i hold a remote ghost? These have the highest indices: a sorted row has them at its end. */
 static bool has_remote(const struct kith_rows *rows, kith_index i, kith_index first_remote, bool sorted) {
   const size_t begin = rows->first[i], end = rows->first[i + 1];
-  if (begin == end || !kith_row_is_outer(rows, i)) return false;
+  if (begin == end) return false;
   if (sorted) return rows->node[end - 1] >= first_remote;
   for (size_t e = begin; e < end; ++e)
     if (rows->node[e] >= first_remote) return true;

@@ -47,7 +47,7 @@ static void fill_idle(const struct kith_rows *rows, const struct kith_build *bui
 
 void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, const struct kith_words *chunk) {
   const kith_index *of_slot = build->targets->search->node;
-  const bool all = kith_build_all_targets(build), shifts = rows->shift != NULL, outer = rows->outer != NULL;
+  const bool all = kith_build_all_targets(build), shifts = rows->shift != NULL;
   const uint64_t *record = chunk->word;
   while (record < chunk->word + chunk->n) {
     const int n = (int)(record[0] & 0xffffffffu), words = (n + 63) / 64;
@@ -65,9 +65,6 @@ void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, con
       kith_packed_extract(node, words, record, rows->node + e);
       if (shifts) fill_shifts(rows, build, e, shift, words, record);
       if (idle) fill_idle(rows, build, i, node, shift, words, mask, record);
-      if (outer)
-        rows->outer[i] =
-            rows->first[i + 1] > e && rows->node[rows->first[i + 1] - 1] >= build->nodes->n_internal;
       record += words;
     }
   }
