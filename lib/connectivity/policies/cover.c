@@ -6,6 +6,10 @@
 #include "lib/comm/sum.h"
 #include "lib/core/vec.h"
 
+/* Indices of cover->seen. MOVED: max |d_i|. LACKING: max of H_i + |d_i| - R_i. CHANGED: 1 if the number of
+ * nodes changed. FAR: 1 if the common drift is beyond half a period. */
+enum { MOVED, LACKING, CHANGED, FAR, SEEN };
+
 /* Where node i is, or will be `ahead`. */
 static void position_of(const struct kith_cover *cover, const struct kith_nodes *nodes, kith_index i,
                         double *x) {
@@ -104,33 +108,34 @@ static double moved(const struct kith_cover *cover, const double *x, const doubl
 void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
   const bool same = cover->n == nodes->n_internal;
   const kith_index n = same ? cover->n : 0;
-  double drift[NDIM], most = 0, least = -INFINITY;
+  double drift[NDIM], farthest = 0, lacking = -INFINITY;
   common_drift(cover, nodes, n, drift);
-#pragma omp parallel for schedule(static) reduction(max : most, least) if (n > KITH_FEW)
+#pragma omp parallel for schedule(static) reduction(max : farthest, lacking) if (n > KITH_FEW)
   for (kith_index i = 0; i < n; ++i) {
     double x[NDIM], h = nodes->support->f64[i];
     if (cover->ahead > 0) h *= exp(cover->ahead * fmax(cover->velocity_divergence->f64[i], 0) / NDIM);
     position_of(cover, nodes, i, x);
     const double far = moved(cover, x, cover->position + (size_t)i * NDIM, drift, h),
-                 lacking = h + far - cover->search_radius[i];
-    most = KITH_MAX(most, far);
-    least = KITH_MAX(least, lacking == lacking ? lacking : INFINITY); /* NaN covers nothing */
+                 lack = h + far - cover->search_radius[i];
+    farthest = KITH_MAX(farthest, far);
+    lacking = KITH_MAX(lacking, isnan(lack) ? INFINITY : lack); /* NaN covers nothing */
   }
-  cover->seen[0] = most, cover->seen[1] = least, cover->seen[2] = same ? 0 : 1, cover->seen[3] = 0;
+  cover->seen[MOVED] = farthest, cover->seen[LACKING] = lacking;
+  cover->seen[CHANGED] = !same, cover->seen[FAR] = 0;
   for (int a = 0; a < NDIM; ++a) /* nodes must be put back into the box: images reach only so far */
-    if (cover->period[a] > 0 && fabs(drift[a]) > 0.5 * cover->period[a]) cover->seen[3] = 1;
+    if (cover->period[a] > 0 && fabs(drift[a]) > 0.5 * cover->period[a]) cover->seen[FAR] = 1;
 }
 
 struct kith_shared kith_cover_shared(struct kith_cover *cover) {
-  return (struct kith_shared){KITH_SHARE_MAX, 4, cover->seen};
+  return (struct kith_shared){KITH_SHARE_MAX, SEEN, cover->seen};
 }
 
 bool kith_cover_holds(const struct kith_cover *cover) {
-  return cover->seen[2] == 0 && cover->seen[0] + cover->seen[1] <= 0;
+  return cover->seen[CHANGED] == 0 && cover->seen[MOVED] + cover->seen[LACKING] <= 0;
 }
 
 bool kith_cover_far(const struct kith_cover *cover) {
-  return cover->seen[3] != 0;
+  return cover->seen[FAR] != 0;
 }
 
 /* Ghosts of other ranks are nodes there, or images of nodes there: their ranks tell of mirrors. */

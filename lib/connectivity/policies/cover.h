@@ -38,19 +38,20 @@ struct kith_cover {
   kith_index n;
   double still[NDIM]; /* 0: a common drift along this axis is no displacement; of this rank, then of all */
   double reference[NDIM]; /* displacement of one node, at the last look */
-  /* max_i |d_i|; max_i H_i + |d_i| - R_i; 1: the number of nodes changed; 1: c is beyond half a length */
-  double seen[4];
+  double seen[4]; /* what the last look has found, as maxima over the nodes, then over all ranks (cover.c) */
   double *position, *search_radius; /* [n][NDIM], [n]: one after the other */
   size_t capacity;
 };
 
-/* Remembers the internal nodes, with which the lists were just made. Of this rank: then the maximum of
- * `still` over all ranks is wanted. */
+/* Remembers the internal nodes of this rank, with which the lists were just made. Afterwards the ranks must
+ * take the maximum of `still` over all of them. */
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes);
-/* What equation (1) takes of this rank's nodes, the mean displacement being that of all: collective. Then
- * what ranks have to agree on, and whether (1) holds; not where the number of internal nodes changed. */
+/* Finds the maxima of equation (1) over the nodes of this rank. Collective, for the mean displacement is that
+ * of all nodes. */
 void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes);
+/* What the ranks must agree on after a look, before they ask what follows. */
 struct kith_shared kith_cover_shared(struct kith_cover *cover);
+/* Does equation (1) hold? It does not if the number of internal nodes has changed on any rank. */
 bool kith_cover_holds(const struct kith_cover *cover);
 /* Has a common drift taken the nodes half a periodic length away? */
 bool kith_cover_far(const struct kith_cover *cover);

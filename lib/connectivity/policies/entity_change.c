@@ -8,10 +8,8 @@ struct entities {
   size_t capacity;
 };
 
-static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_cover *cover,
-                          const struct kith_nodes *nodes) {
+static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_nodes *nodes) {
   const struct entities *before = policy->self;
-  (void)cover;
   for (int l = 0; l < nodes->n_lists; ++l)
     if (before->count[l] != nodes->lists[l].count) return true;
   return before->n != nodes->n_internal ||

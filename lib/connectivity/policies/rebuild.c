@@ -85,8 +85,8 @@ static kith_status look(struct kith_rebuilds *rebuilds, const struct kith_nodes 
                         double due[KITH_REBUILD_POLICIES]) {
   for (int k = 0; k < rebuilds->n; ++k) {
     const struct kith_rebuild *policy = &rebuilds->policy[k];
-    due[k] = policy->ops->every_step || (policy->ops->needs_rebuild != NULL &&
-                                         policy->ops->needs_rebuild(policy, &rebuilds->cover, nodes));
+    due[k] = policy->ops->every_step ||
+             (policy->ops->needs_rebuild != NULL && policy->ops->needs_rebuild(policy, nodes));
   }
   kith_cover_look(&rebuilds->cover, nodes);
   const struct kith_shared parts[] = {{KITH_SHARE_MAX, rebuilds->n, due},
@@ -100,11 +100,10 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
   *reason = kith_rebuilds_certain(rebuilds);
   if (*reason != KITH_BECAUSE_none) return kith_ranks_allreduce_status(nodes->ranks, status);
   KITH_TRY(look(rebuilds, nodes, status, due));
-  const bool holds = kith_cover_holds(&rebuilds->cover), far = kith_cover_far(&rebuilds->cover);
+  const bool holds = kith_cover_holds(&rebuilds->cover), lasts = holds && !kith_cover_far(&rebuilds->cover);
   for (int k = 0; k < rebuilds->n && *reason == KITH_BECAUSE_none; ++k) {
     const struct kith_rebuild *policy = &rebuilds->policy[k];
-    const bool misses = policy->ops->covers && policy->ops->needs_rebuild == NULL && (!holds || far);
-    if (due[k] > 0 || misses) *reason = policy->reason;
+    if (due[k] > 0 || (policy->ops->covers && !lasts)) *reason = policy->reason;
   }
   if (*reason != KITH_BECAUSE_none || covers(rebuilds) || holds) return KITH_OK;
   return kith_rebuilds_allow(rebuilds, nodes,

@@ -43,14 +43,13 @@ struct kith_rebuild_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters (policy->settings), NULL: none */
   size_t settings_size;
-  bool covers;     /* fires before the lists could miss a pair */
+  bool covers;     /* fires before the lists could miss a pair, or after a far drift (cover.h) */
   bool every_step; /* fires whatever happened */
-  /* What this rank wants; the family joins the ranks. A function of the nodes and of the snapshot alone: a
-   * restart takes a new snapshot, and would else rebuild at other steps. Never called before a snapshot.
-   * NULL: nothing, but for members that cover and do not fire every step: they fire when kith_cover_holds no
-   * more, or kith_cover_far. */
-  bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_cover *cover,
-                        const struct kith_nodes *nodes);
+  /* Does the policy fire for a reason of its own? This is the answer of one rank; if one fires, all ranks
+   * rebuild. It must be a function of the nodes and of the snapshot alone: a restart takes a new snapshot,
+   * and would otherwise rebuild at other steps. Never called before a snapshot. NULL: it has no such
+   * reason. */
+  bool (*needs_rebuild)(const struct kith_rebuild *policy, const struct kith_nodes *nodes);
   /* Remembers in policy->self what the lists were made from, and forgets it. NULL: nothing to remember. */
   kith_status (*snapshot)(struct kith_rebuild *policy, const struct kith_nodes *nodes);
   void (*destroy)(struct kith_rebuild *policy);

@@ -16,10 +16,8 @@ static const struct kith_param params[] = {
     {0}};
 
 /* Asks for a rebuild when the first node has passed the limit, unless `quiet` is set. */
-static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_cover *cover,
-                          const struct kith_nodes *nodes) {
+static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_nodes *nodes) {
   const struct settings *settings = policy->settings;
-  (void)cover;
   return settings->quiet == 0 && nodes->position->f64[0] > settings->limit;
 }
 
