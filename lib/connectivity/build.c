@@ -59,14 +59,8 @@ static struct group group_of(const struct kith_build *build, kith_index first, k
   return (struct group){{first, count}, targets, box, radius, radius2};
 }
 
-/* Volume around the group in which candidates may lie. */
-static double volume(const struct group *group) {
-  double v = 1;
-  for (int a = 0; a < NDIM; ++a) v *= group->box.upper[a] - group->box.lower[a] + 2 * group->radius;
-  return v;
-}
-
-/* Joins b to a if it follows in the slots and lies close by, which it does not where the curve jumps. */
+/* Joins b to a if it follows in the slots and lies close by, which it does not where the curve jumps: the
+ * volume in which candidates may lie must not become much larger. */
 static bool join(struct group *a, const struct group *b) {
   const kith_index slots = b->run.first + b->run.count - a->run.first;
   if (slots > GROUP_SLOTS || a->targets + b->targets > GROUP_SIZE) return false;
@@ -74,7 +68,8 @@ static bool join(struct group *a, const struct group *b) {
   kith_box_join(&both.box, &b->box);
   both.radius = KITH_MAX(a->radius, b->radius);
   both.radius2 = KITH_MAX(a->radius2, b->radius2);
-  if (!(volume(&both) <= 1.5 * KITH_MAX(volume(a), volume(b)))) return false;
+  const double larger = KITH_MAX(kith_box_volume(&a->box, a->radius), kith_box_volume(&b->box, b->radius));
+  if (!(kith_box_volume(&both.box, both.radius) <= 1.5 * larger)) return false;
   *a = both;
   return true;
 }
@@ -207,16 +202,13 @@ static kith_status add_candidates(struct kith_worker *worker, const struct kith_
 /* Moves the group so that it sees the sources as their images s. Are any near? The box is a little wider than
  * rounding could make it. */
 static bool sees_image(const struct kith_build *build, struct group *group, int s) {
-  const double radius = KITH_MAX(group->radius, build->widest) * (1 + KITH_SEARCH_SLACK);
-  bool near = true;
   for (int a = 0; a < NDIM; ++a) {
     const double by = kith_build_shift(build, s, a),
                  slack = 1e-14 * (fabs(group->box.lower[a]) + fabs(group->box.upper[a]) + fabs(by));
     group->box.lower[a] -= by + slack, group->box.upper[a] -= by - slack;
-    near = near && group->box.lower[a] - radius <= build->all.upper[a] &&
-           group->box.upper[a] + radius >= build->all.lower[a];
   }
-  return near;
+  return kith_box_near(&group->box, &build->all,
+                       KITH_MAX(group->radius, build->widest) * (1 + KITH_SEARCH_SLACK));
 }
 
 /* All candidates of the group. Those of each shift start at a new word. */
@@ -421,10 +413,7 @@ static bool idle_near(const struct kith_build *build, const struct group *group)
   for (int c = 0; c < KITH_ROW_CHUNKS && !near; ++c) {
     const struct kith_idle *idle = &build->scratch->idle[c];
     const double radius = (1 + KITH_SEARCH_SLACK) * KITH_MAX(group->radius, idle->radius);
-    near = true;
-    for (int a = 0; a < NDIM; ++a)
-      near = near && group->box.lower[a] - radius <= idle->box.upper[a] &&
-             group->box.upper[a] + radius >= idle->box.lower[a];
+    near = kith_box_near(&group->box, &idle->box, radius);
   }
   return near;
 }

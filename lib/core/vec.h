@@ -59,12 +59,27 @@ static inline void kith_box_include(struct kith_box *b, const double *x) {
   }
 }
 
-/* The smallest box that holds both; an empty one adds nothing. */
+/* Enlarges b to the smallest box that holds both; an empty one adds nothing. */
 static inline void kith_box_join(struct kith_box *b, const struct kith_box *other) {
   for (int k = 0; k < NDIM; ++k) {
     b->lower[k] = KITH_MIN(b->lower[k], other->lower[k]);
     b->upper[k] = KITH_MAX(b->upper[k], other->upper[k]);
   }
+}
+
+/* The volume of the box with a margin on all sides. */
+static inline double kith_box_volume(const struct kith_box *b, double margin) {
+  double volume = 1;
+  for (int k = 0; k < NDIM; ++k) volume *= b->upper[k] - b->lower[k] + 2 * margin;
+  return volume;
+}
+
+/* Is the gap between two boxes at most `margin` along each axis? */
+static inline bool kith_box_near(const struct kith_box *a, const struct kith_box *b, double margin) {
+  bool near = true;
+  for (int k = 0; k < NDIM; ++k)
+    near = near && a->lower[k] - margin <= b->upper[k] && a->upper[k] + margin >= b->lower[k];
+  return near;
 }
 
 #endif

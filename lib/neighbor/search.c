@@ -147,13 +147,9 @@ static struct active active_of(const struct kith_search *search, struct kith_run
 /* Joins b to a, unless the common box would be much larger than both. */
 static bool join_active(struct active *a, const struct active *b) {
   struct active both = {a->box, KITH_MAX(a->radius, b->radius)};
-  double volume[3] = {1, 1, 1};
   kith_box_join(&both.box, &b->box);
-  const struct active *const each[] = {a, b, &both};
-  for (int k = 0; k < 3; ++k)
-    for (int d = 0; d < NDIM; ++d)
-      volume[k] *= each[k]->box.upper[d] - each[k]->box.lower[d] + 2 * each[k]->radius;
-  if (!(volume[2] <= 1.3 * KITH_MAX(volume[0], volume[1]))) return false;
+  const double larger = KITH_MAX(kith_box_volume(&a->box, a->radius), kith_box_volume(&b->box, b->radius));
+  if (!(kith_box_volume(&both.box, both.radius) <= 1.3 * larger)) return false;
   *a = both;
   return true;
 }
