@@ -33,7 +33,7 @@ const char *kith_failure(void) {
   return failure;
 }
 
-enum { ALIGNMENT = 64, MAPPED = 1 << 20, LARGE_PAGE = 1 << 21 }; /* bytes */
+enum { ALIGNMENT = 64, LARGE_PAGE = 1 << 21 }; /* bytes */
 
 /* Arrays of 2 MiB and more are mapped in pages of that size where the system allows it: mapping 512 small
  * ones takes several times as long as to clear them, and all passes over large arrays are slower with
@@ -50,24 +50,6 @@ static void *allocate(size_t bytes) {
   return aligned_alloc(ALIGNMENT, bytes);
 }
 
-/* Gives *array more or fewer bytes, of which `kept` survive; false: no memory, and it is as it was. Where the
- * library maps arrays (all of some size), realloc moves their pages instead of their bytes, and so keeps the
- * alignment. */
-static bool reallocate(void **array, size_t kept, size_t bytes) {
-  if (kept >= MAPPED && bytes < LARGE_PAGE) {
-    void *moved = realloc(*array, bytes);
-    if (moved == NULL) return false;
-    *array = moved;
-    if ((uintptr_t)moved % ALIGNMENT == 0) return true;
-  }
-  void *fresh = allocate(bytes);
-  if (fresh == NULL) return false;
-  if (kept > 0) memcpy(fresh, *array, kept);
-  free(*array);
-  *array = fresh;
-  return true;
-}
-
 /* The operating system maps a page when it is first touched; all threads share that cost. */
 static void zero(char *p, size_t bytes) {
   const size_t piece = (size_t)1 << 20;
@@ -82,14 +64,16 @@ kith_status kith_resize(void *p, size_t keep, size_t count, size_t size) {
   }
   if (count > (SIZE_MAX - ALIGNMENT) / size)
     KITH_FAIL(NO_MEMORY, "%zu elements of %zu bytes do not fit in memory", count, size);
-  void *array;
-  memcpy(&array, p, sizeof array);
+  void *old;
+  memcpy(&old, p, sizeof old);
   const size_t bytes = (count * size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT,
-               kept = array == NULL ? 0 : KITH_MIN(keep, count) * size;
-  const bool done = reallocate(&array, kept, bytes);
-  memcpy(p, &array, sizeof array);
-  if (!done) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);
-  zero((char *)array + kept, bytes - kept);
+               kept = old == NULL ? 0 : KITH_MIN(keep, count) * size;
+  void *fresh = allocate(bytes);
+  if (fresh == NULL) KITH_FAIL(NO_MEMORY, "cannot get %zu bytes of memory", bytes);
+  if (kept > 0) memcpy(fresh, old, kept);
+  free(old); /* before the new bytes are touched */
+  zero((char *)fresh + kept, bytes - kept);
+  memcpy(p, &fresh, sizeof fresh);
   return KITH_OK;
 }
 
