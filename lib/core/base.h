@@ -24,9 +24,11 @@ enum { KITH_FEW = 1000 };
 static inline kith_index kith_part_start(kith_index n, int part, int parts) {
   return (kith_index)((int64_t)n * part / parts);
 }
-/* Loops that want few of many nodes look at stretches of this many, and skip those that hold none. */
+/* A loop that wants few of many nodes goes over them in stretches of this length, and skips a stretch in
+ * which it wants none. */
 enum { KITH_STRETCH = 128 };
-/* Without an early exit: so it vectorizes. */
+/* Are value[begin] .. value[end - 1] all 0? There is no early exit, so that the compiler vectorizes the
+ * loop. */
 static inline bool kith_all_zero(const uint8_t *value, kith_index begin, kith_index end) {
   uint8_t any = 0;
   for (kith_index i = begin; i < end; ++i) any |= value[i];
@@ -66,22 +68,24 @@ const char *kith_failure(void);
     if (kith_try_status_ != KITH_OK) return kith_try_status_; \
   } while (0)
 
-/* 64-byte aligned memory. *p is replaced; on failure it is left as it was. New bytes are zero.
- * `count` elements of `size` bytes, of which the first `keep` elements survive. count 0 frees. */
+/* Gives an array of 64-byte aligned memory a new size: `count` elements of `size` bytes, of which the first
+ * `keep` are those of before; all other bytes are zero. p is the address of the pointer to the array (NULL:
+ * there is none yet), which is replaced, and on failure left as it was. count 0 frees the array. */
 kith_status kith_resize(void *p, size_t keep, size_t count, size_t size);
 /* Room for at least `count` elements of an array that grows: kith_resize, with a little to spare, if
  * *capacity, the elements that there is room for, is less. */
 kith_status kith_grow(void *p, size_t *capacity, size_t keep, size_t count, size_t size);
 /* As kith_grow, but the contents are lost where the array moves, and on failure. */
 kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size);
-/* Frees *p and sets it to NULL. Accepts a pointer to NULL. */
+/* Frees the array whose pointer is at the address p, and sets that pointer to NULL. It may be NULL
+ * already. */
 void kith_free(void *p);
 
 #define KITH_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define KITH_MAX(a, b) ((a) > (b) ? (a) : (b))
 
-/* Position of the first of the ascending entries from .. to - 1 that is >= j, or `to`. No branches: they
- * could not be predicted. */
+/* The position of the first of the ascending entries node[from] .. node[to - 1] that is >= j, or `to`. It is
+ * written without branches, because half of them would be mispredicted. */
 static inline size_t kith_lower_bound(const kith_index *node, size_t from, size_t to, kith_index j) {
   if (from == to) return from;
   const kith_index *at = node + from;
@@ -92,9 +96,9 @@ static inline size_t kith_lower_bound(const kith_index *node, size_t from, size_
 /* Inlined into its caller for certain, so that it is compiled for the caller's instruction set. */
 #define KITH_INLINE __attribute__((always_inline)) static inline
 
-/* Hot leaf functions carry KITH_HOT: compiled for several instruction sets, picked when the program starts.
- * They are static, and each has a name of its own in the program: clang 14 gives others a name that callers
- * in other files do not find, and two of one name do not link. */
+/* Functions that take most of the time and call no others carry KITH_HOT: they are compiled for several
+ * instruction sets, of which one is picked when the program starts. They must be static, and no two of them
+ * in the program may have the same name: clang 14 does not link others. */
 #if defined(__x86_64__) && !defined(KITH_SANITIZE)
 #define KITH_HOT __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else

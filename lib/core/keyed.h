@@ -12,14 +12,15 @@ struct kith_keyed {
   kith_index node;
 };
 
-/* Room for n items in both arrays, which have room for *capacity; their contents are lost if they grow. */
+/* Makes room for n items in both arrays, which have room for *capacity each. Their contents are lost if they
+ * grow. */
 kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t n);
 
 /* Sorts item[n]; scratch[n] is overwritten. The same result for any number of threads. O(n). */
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n);
 
-/* Replaces the m items of node -1 in item[n], which is sorted by key and then by node, by in[m], and keeps
- * the order. `in` is sorted thereby. O(n + m log m). */
+/* item[n] is sorted by key and then by node, but m items in it have been marked by node -1. Replaces these by
+ * the items in[m], so that all are in order again. `in` is sorted, too. O(n + m log m). */
 void kith_keyed_replace(struct kith_keyed *item, kith_index n, struct kith_keyed *in, kith_index m);
 
 #endif

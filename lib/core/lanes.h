@@ -19,8 +19,8 @@ KITH_INLINE double kith_lanes_total(const kith_lanes *s) {
   return ((*s)[0] + (*s)[1]) + ((*s)[2] + (*s)[3]);
 }
 
-/* Double q of four records goes to to[q]. On many processors that takes a fraction of the time of four loads
- * that gather one double of each. */
+/* Loads four doubles from each of four records and transposes them: to[q] gets double q of each record. On
+ * many processors that takes a fraction of the time of four loads that gather one double of each. */
 KITH_INLINE void kith_lanes_transpose(const double *const from[KITH_LANES], kith_lanes to[KITH_LANES]) {
   typedef double unaligned __attribute__((vector_size(8 * KITH_LANES), aligned(8)));
   const kith_lanes a = *(const unaligned *)from[0], b = *(const unaligned *)from[1],
@@ -35,7 +35,8 @@ KITH_INLINE void kith_lanes_transpose(const double *const from[KITH_LANES], kith
   to[3] = __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
 }
 
-/* Entries k .. k + 3 of n; behind the last one it follows again, in `room`. */
+/* Entries k .. k + 3 of node[n]. Where fewer than four are left the last one is repeated, and the four are in
+ * `room`. */
 KITH_INLINE const kith_index *kith_lanes_entries(const kith_index *restrict node, size_t k, size_t n,
                                                  kith_index room[KITH_LANES]) {
   if (k + KITH_LANES <= n) return node + k;
@@ -43,7 +44,7 @@ KITH_INLINE const kith_index *kith_lanes_entries(const kith_index *restrict node
   return room;
 }
 
-/* Lanes that a vector takes when it is loaded. */
+/* How many components kith_lanes_vector writes. */
 enum { KITH_VECTOR_LANES = NDIM == 1 ? 1 : KITH_LANES };
 
 /* Component a of the vectors of four nodes goes to to[a]; lanes beyond NDIM hold anything. The field is read
@@ -58,8 +59,9 @@ KITH_INLINE void kith_lanes_vector(const double *restrict field, const kith_inde
     for (size_t l = 0; l < KITH_LANES; ++l) to[0][l] = *from[l];
 }
 
-/* x_j - x_i of n nodes j: component a goes to to[a * stride ..], |x_j - x_i|^2 to r2. Up to the next multiple
- * of four the last one follows. Where shift is not NULL, node k is displaced by by[shift[k]]. */
+/* x_j - x_i of the n nodes j in `node`: component a goes to to[a * stride ..], |x_j - x_i|^2 to r2. Both are
+ * filled up to a multiple of four with the values of the last node. If shift is not NULL, the k-th node is
+ * displaced by by[shift[k]]. */
 KITH_INLINE void kith_lanes_separations(const double *restrict x, kith_index i,
                                         const kith_index *restrict node, const uint16_t *restrict shift,
                                         double (*by)[NDIM], size_t n, double *restrict to, size_t stride,

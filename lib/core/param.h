@@ -71,9 +71,12 @@ struct kith_selected {
   void *settings;
 };
 
-/* What a restart may change: nothing that the state depends on; what is written, or until when; how things
- * are computed. */
-enum kith_param_role { KITH_ROLE_STATE, KITH_ROLE_OUTPUT, KITH_ROLE_FREE };
+/* May a restart change the parameter? */
+enum kith_param_role {
+  KITH_ROLE_STATE,  /* no: the state depends on it */
+  KITH_ROLE_OUTPUT, /* yes: it says what is written, or until when */
+  KITH_ROLE_FREE    /* yes: it says how things are computed */
+};
 
 struct kith_param {
   const char *key; /* NULL ends a table */
@@ -86,13 +89,14 @@ struct kith_param {
   const struct kith_param *params; /* MAP: its rows; OTHER: rows for the reference */
   enum kith_param_form form;
   kith_family *family;       /* MEMBER, NAME: who can be chosen; NULL: none */
-  bool derives;              /* MEMBER: what a member requires need not be given if the scene tells it */
+  bool derives;              /* MEMBER: required parameters may be left out if they follow from the scene */
   enum kith_param_role role; /* of a map: of all that is in it */
-  const char
-      *needs; /* "steps=block", "name!=none": means nothing unless another row has this, or another value */
+  /* "steps=block", "name!=none": the row means nothing unless another one has this value, or another
+   * value. */
+  const char *needs;
 };
 
-/* The ends of a row: where its value goes, or the rows below it. */
+/* A row ends with one of these: where its value goes, or the rows below it. */
 #define KITH_INTO(type, member) .offset = offsetof(type, member), .size = sizeof(((type *)0)->member)
 #define KITH_BELOW(rows, as) .params = (rows), .form = KITH_FORM_##as
 

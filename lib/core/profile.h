@@ -46,7 +46,7 @@ void kith_profile_destroy(struct kith_profile **profile);
 void kith_profile_align(struct kith_profile *profile, double origin);
 
 void kith_profile_begin(struct kith_profile *profile, const char *name);
-/* A stage that is one call. */
+/* Runs a call as a stage, and assigns what it returns to `status`. */
 #define KITH_STAGE(status, profile, name, call) \
   do {                                          \
     kith_profile_begin(profile, name);          \
@@ -58,7 +58,8 @@ void kith_profile_begin_since(struct kith_profile *profile, const char *name, do
 /* Continues a stage that was ended before: its calls are not increased. */
 void kith_profile_resume(struct kith_profile *profile, const char *name);
 void kith_profile_end(struct kith_profile *profile);
-/* Adds a stage that another process has met, by its path, unless it is there: with no call and no second. */
+/* Adds a stage by its path, with no calls and no time, unless it is there: one that another process has
+ * met. */
 kith_status kith_profile_add(struct kith_profile *profile, const char *path);
 /* Thread `thread` was busy in the present stage from `start` to `stop` (kith_seconds). Called by that
  * thread. In a trace this is an event of all threads but the first, which shows the stage itself. */
@@ -66,7 +67,7 @@ void kith_profile_thread(struct kith_profile *profile, int thread, double start,
 /* Adds to a counter of the present stage. */
 void kith_profile_count(struct kith_profile *profile, const char *counter, double amount);
 
-/* false: stages or counters are missing for want of memory. */
+/* Is the profile complete? If not, stages or counters are missing for want of memory. */
 bool kith_profile_is_whole(const struct kith_profile *profile);
 /* Views, valid until the next begin, add or count: stages in tree order (children behind their parent),
  * counters in the order of their first count. */

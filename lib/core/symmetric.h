@@ -6,13 +6,14 @@
 
 enum { KITH_SYMMETRIC_SIZE = NDIM * (NDIM + 1) / 2 };
 
-/* Where (a, b), in any order, stands. */
+/* The index of entry (a, b), which is also that of (b, a). */
 KITH_INLINE int kith_symmetric_at(int a, int b) {
   const int low = KITH_MIN(a, b), high = KITH_MAX(a, b);
   return low * NDIM - low * (low - 1) / 2 + high - low;
 }
 
-/* x.G.x, the entries of G `stride` apart; y, z: anything in fewer dimensions. */
+/* r.G.r for r = (x, y, z), of which y and z do not count in fewer dimensions. The entries of G are `stride`
+ * apart. */
 KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, double x, double y, double z) {
   return NDIM == 1   ? g[0] * x * x
          : NDIM == 2 ? g[0] * x * x + g[2 * stride] * y * y + 2 * (g[stride] * x * y)
@@ -20,7 +21,7 @@ KITH_INLINE double kith_symmetric_form(const double *restrict g, int stride, dou
                            2 * (g[stride] * x * y + g[2 * stride] * x * z + g[4 * stride] * y * z);
 }
 
-/* out = factor G v, the entries of G `stride` apart: for loops over pairs, which vectorize. */
+/* out = factor G v; the entries of G are `stride` apart. For loops over pairs, which vectorize. */
 KITH_INLINE void kith_symmetric_times(double factor, const double *restrict g, int stride,
                                       const double *restrict v, double *restrict out) {
   for (int a = 0; a < NDIM; ++a) {
@@ -56,9 +57,9 @@ KITH_INLINE double kith_symmetric_trace(const double *m) {
   return trace;
 }
 
-/* Inverse of a symmetric positive matrix (upper triangle); false, and zero, if it is close to singular:
- * unless its determinant is more than `least` times trace^NDIM. That of an isotropic matrix is (trace /
- * NDIM)^NDIM. */
+/* The inverse of a positive matrix. If the matrix is close to singular, that is, if its determinant is not
+ * more than `least` times trace^NDIM, the result is zero, and false is returned. (The determinant of an
+ * isotropic matrix is (trace / NDIM)^NDIM.) */
 KITH_INLINE bool kith_invert_symmetric(const double *m, double least, double *inverse) {
   const double det = kith_symmetric_determinant(m);
   for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) inverse[k] = 0;

@@ -27,12 +27,13 @@ static inline double kith_distance2(const double *a, const double *b) {
   return s;
 }
 
-/* r^NDIM */
+/* r^NDIM, without a loop, so that callers vectorize. */
 static inline double kith_pow_dim(double r) {
-  return NDIM == 1 ? r : NDIM == 2 ? r * r : r * r * r; /* no loop: what calls it vectorizes */
+  return NDIM == 1 ? r : NDIM == 2 ? r * r : r * r * r;
 }
 
-/* The length whose NDIM-th power is v; scales exactly by powers of two, as cbrt and pow do not. */
+/* The length whose NDIM-th power is v. If v is multiplied by 2^(k NDIM), the result is multiplied by 2^k
+ * exactly; cbrt and pow do not promise that. */
 static inline double kith_root_dim(double v) {
   int exponent;
   if (NDIM < 3) return NDIM == 1 ? v : sqrt(v);
