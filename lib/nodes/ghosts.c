@@ -4,7 +4,7 @@
 #include <omp.h>
 #include <string.h>
 
-/* out[k] = sign in[control[k]] + shift, component by component; their number is known to the compiler. */
+/* out[k] = sign in[control[k]] + shift, component by component. Inlined where their number is a constant. */
 static inline void copy_mapped(double *restrict out, const double *in, const kith_index *restrict control,
                                kith_index begin, kith_index end, int components, const double *sign,
                                const double *shift) {
@@ -21,13 +21,14 @@ struct map {
 };
 
 static struct map map_of(enum kith_kind kind, const struct kith_image *image) {
-  const bool two = kind == KITH_TENSOR || kind == KITH_SYMMETRIC; /* indices */
+  const bool two_indices = kind == KITH_TENSOR || kind == KITH_SYMMETRIC;
   struct map map;
   double *sign = map.sign;
   for (int c = 0; c < NDIM * NDIM; ++c) map.shift[c] = -0.0; /* + -0 changes nothing */
   for (int a = 0; a < NDIM; ++a) {
-    if (!two) *sign++ = image->sign[a];
-    for (int b = kind == KITH_TENSOR ? 0 : a; two && b < NDIM; ++b) *sign++ = image->sign[a] * image->sign[b];
+    if (!two_indices) *sign++ = image->sign[a];
+    for (int b = kind == KITH_TENSOR ? 0 : a; two_indices && b < NDIM; ++b)
+      *sign++ = image->sign[a] * image->sign[b];
     if (kind == KITH_POSITION) map.shift[a] = image->shift[a];
     if (kind == KITH_VELOCITY) map.shift[a] = image->velocity[a];
   }
@@ -91,7 +92,6 @@ kith_index kith_nodes_first_remote(const struct kith_nodes *nodes) {
   return kith_nodes_count(nodes);
 }
 
-/* Code that reads another field of ghosts refreshes it first. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields) {
   int n = 0;
   for (int f = 0; f < nodes->n_fields; ++f)

@@ -112,7 +112,7 @@ void kith_nodes_destroy(struct kith_nodes **nodes) {
   kith_free(nodes);
 }
 
-/* Is a field what this specification asks for? One of internal nodes alone may have been given ghosts. */
+/* Is a field what this specification asks for? It may have been given ghosts since it was registered. */
 static bool fits_spec(const struct kith_field_spec *field, const struct kith_field_spec *spec) {
   const bool has_ghosts = (field->role == KITH_KEPT && spec->role == KITH_OWN_KEPT) ||
                           (field->role == KITH_WORK && spec->role == KITH_OWN_WORK);
@@ -125,7 +125,7 @@ static kith_index capacity_of(const struct kith_nodes *nodes, const struct kith_
   return kith_field_is_own(field) ? nodes->own_capacity : nodes->capacity;
 }
 
-/* A vector is loaded with what follows it (kith_lanes_vector). */
+/* There is room for one node more, because kith_lanes_vector loads a vector with what follows it. */
 static kith_status move_field(struct kith_field *field, kith_index keep, kith_index capacity) {
   return kith_resize(&field->data, (size_t)keep, (size_t)capacity + 1, kith_field_node_size(field));
 }

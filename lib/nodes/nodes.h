@@ -48,7 +48,8 @@ struct kith_field_spec {
   const char *output; /* snapshot data set, NULL: not in snapshots */
   const char *doc;
 };
-/* That of doubles which snapshots lack: KITH_SPEC(VECTOR, WORK, "name", "doc"). */
+/* The specification of a field of doubles that is not in snapshots: KITH_SPEC(VECTOR, WORK, "name",
+ * "doc"). */
 #define KITH_SPEC(kind, role, name, doc) \
   { name, KITH_##kind, KITH_F64, KITH_##role, NULL, doc }
 
@@ -91,14 +92,20 @@ struct kith_ghost_block {
   struct kith_image image;
 };
 
-/* What a node does at this evaluation: nothing; it receives what active neighbors give it, and no more; it is
- * evaluated. */
-enum { KITH_IDLE, KITH_TOUCHED, KITH_ACTIVE };
+/* What a node does at this evaluation. */
+enum {
+  KITH_IDLE,    /* nothing */
+  KITH_TOUCHED, /* it receives what active neighbors give it, and no more */
+  KITH_ACTIVE   /* it is evaluated */
+};
 
-/* What a node is: gas; a node that never moves; one that never moves and is a wall; from KITH_ZONE on a node
- * behind the face of an inflow or outflow, KITH_ZONE + 2 axis + side (boundaries/flow.h). Totals are of gas
- * alone. */
-enum kith_flag { KITH_GAS, KITH_FROZEN, KITH_BARRIER, KITH_ZONE };
+/* What a node is. Totals are of gas alone. */
+enum kith_flag {
+  KITH_GAS,
+  KITH_FROZEN,  /* it never moves */
+  KITH_BARRIER, /* it never moves, and is a wall */
+  KITH_ZONE     /* KITH_ZONE + 2 axis + side: behind that face, an inflow or outflow (boundaries/flow.h) */
+};
 
 struct kith_nodes {
   int n_lists;
@@ -160,15 +167,15 @@ static inline kith_index kith_nodes_count(const struct kith_nodes *nodes) {
  * nodes own it. */
 kith_status kith_nodes_field(struct kith_nodes *nodes, const struct kith_field_spec *spec,
                              struct kith_field **out);
-/* A field, if it is wanted, and where its view goes. */
+/* A row of a table of fields. */
 struct kith_field_row {
-  bool wanted;
+  bool wanted; /* false: the field is not registered */
   struct kith_field_spec spec;
-  struct kith_field **out;
+  struct kith_field **out; /* where its view goes */
 };
-/* Registers those of a table, ended by {0}. */
+/* Registers the wanted fields of a table, which ends with {0}. */
 kith_status kith_nodes_fields(struct kith_nodes *nodes, const struct kith_field_row *table);
-/* Ghosts get memory for this field, and its values when it is refreshed. */
+/* Gives a field of internal nodes memory for ghosts, which get its values when it is refreshed. */
 kith_status kith_nodes_give_ghosts(struct kith_nodes *nodes, struct kith_field *field);
 /* The field called `name`, or NULL. View. */
 struct kith_field *kith_nodes_field_named(const struct kith_nodes *nodes, const char *name);
@@ -200,19 +207,21 @@ static inline bool kith_node_is_frozen(const struct kith_nodes *nodes, kith_inde
 static inline bool kith_all_idle(const uint8_t *activity, kith_index begin, kith_index end) {
   return kith_all_zero(activity, begin, end);
 }
-/* Where the stretch of nodes from `begin` on ends, before `end`; `begin` if all in it are idle. */
+/* The end of the stretch of nodes (KITH_STRETCH) that begins at `begin`, at most `end`; `begin` if all nodes
+ * in it are idle. */
 static inline kith_index kith_stretch_end(const struct kith_nodes *nodes, kith_index begin, kith_index end) {
   const kith_index stop = KITH_MIN(begin + KITH_STRETCH, end);
   return nodes->activity != NULL && kith_all_idle(nodes->activity->u8, begin, stop) ? begin : stop;
 }
 
-/* Is it in checkpoints? Where nodes have an activity, fields of work are too: idle nodes keep them from one
- * evaluation to the next. */
+/* Is the field in checkpoints? Where nodes have an activity, fields of work are, because idle nodes keep
+ * their values from one evaluation to the next. */
 static inline bool kith_field_lasts(const struct kith_nodes *nodes, const struct kith_field *field) {
   const enum kith_role role = field->spec.role;
   return role == KITH_STATE || role == KITH_KEPT || role == KITH_OWN_KEPT ||
          (nodes->activity != NULL && (role == KITH_WORK || role == KITH_OWN_WORK));
 }
+/* Does the field belong to internal nodes alone? */
 static inline bool kith_field_is_own(const struct kith_field *field) {
   return field->spec.role == KITH_OWN_KEPT || field->spec.role == KITH_OWN_WORK;
 }
@@ -220,9 +229,10 @@ static inline bool kith_field_is_own(const struct kith_field *field) {
 /* Bytes of one node's values. */
 size_t kith_field_node_size(const struct kith_field *field);
 
-/* Room for so many more nodes and ghosts. Fields that must move get an eighth of their capacity more. */
+/* Makes room for so many more internal nodes and ghosts. Fields that must be moved for it grow by at least an
+ * eighth of their capacity. */
 kith_status kith_nodes_grow(struct kith_nodes *nodes, kith_index internal, kith_index ghosts);
-/* Gives memory back: fields keep room for an eighth more than the present nodes and ghosts. */
+/* Gives memory back. Fields keep room for an eighth more than the present nodes and ghosts. */
 kith_status kith_nodes_shrink(struct kith_nodes *nodes);
 /* Appends `count` internal nodes to list `list` (ghosts are dropped first), all fields zero, ids -1.
  * Later lists move up. *first is the index of the first new node. */
@@ -247,8 +257,9 @@ void kith_nodes_drop_ghosts(struct kith_nodes *nodes);
  * the fields that new ghosts have; the caller fills frozen ones, which are zero, and remote ones, which have
  * any values. An empty block is not kept. */
 kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_ghost_block *block);
-/* The fields that a new ghost has: the state, with the id, and list, image, activity and search radius.
- * fields[KITH_MAX_FIELDS]; returns how many. */
+/* The fields that a new ghost has: the state, with the id, and list, image, activity and search radius. Code
+ * that reads another field of ghosts must refresh it first. Writes fields[KITH_MAX_FIELDS]; returns how
+ * many. */
 int kith_nodes_ghost_fields(const struct kith_nodes *nodes, struct kith_field **fields);
 /* Gives image ghosts the values of their control nodes, block by block (ghosts of ghosts follow), for these
  * fields. Bitwise identical for any number of threads. Remote ghosts get theirs by kith_halo_refresh, which
@@ -270,11 +281,11 @@ kith_index kith_nodes_first_remote(const struct kith_nodes *nodes);
  * empty blocks go. */
 kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith_index *renumber);
 
-/* *p: scratch memory with any contents, valid until the next call, which gives the same memory to another
- * user: what is needed at different times of a step (candidates of rows, packed particles, images) shares
- * it. */
+/* *p: scratch memory with any contents. It is valid until the next call, which gives the same memory to
+ * another user: what is needed at different times of a step (candidates of rows, packed particles, images)
+ * shares it. */
 kith_status kith_nodes_work(const struct kith_nodes *nodes, size_t bytes, void *p);
-/* The bytes that can be had without an allocation. */
+/* How many bytes kith_nodes_work can give without an allocation. */
 size_t kith_nodes_work_bytes(const struct kith_nodes *nodes);
 /* Frees that memory until it is needed again. */
 void kith_nodes_free_work(const struct kith_nodes *nodes);

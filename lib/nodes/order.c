@@ -113,8 +113,8 @@ kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double 
   return status;
 }
 
-/* The control of a kept ghost is kept: controls lie before their ghosts, so one sweep from the back completes
- * the set. */
+/* Adds the controls of kept ghosts to the kept ones. A control lies before its ghosts, so one sweep from the
+ * back is enough. */
 static void keep_controls(const struct kith_nodes *nodes, uint8_t *keep) {
   for (int b = nodes->n_blocks - 1; b >= 0; --b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];

@@ -16,7 +16,7 @@ size_t kith_shifts_bytes(const struct kith_shifts *shifts) {
   return shifts->by_capacity * sizeof *shifts->by + shifts->image_capacity * sizeof *shifts->image;
 }
 
-/* Shift s in lengths and as the number of an image: nodes.h. */
+/* Fills in shift s: how far it displaces a node, and the number of that image. */
 static void fill(struct kith_shifts *shifts, int s) {
   int rest = s;
   shifts->image[s] = 0;

@@ -10,12 +10,12 @@
 #include "lib/core/base.h"
 
 struct kith_shifts {
-  bool wanted;         /* periodic boundaries may use them; else they make ghosts */
-  int n, zero;         /* how many; the number of the zero shift. No periodic axis: 1, 0 */
+  bool wanted;         /* periodic boundaries may use shifts; if not, they make ghosts */
+  int n, zero;         /* how many shifts; the number of the zero shift. Without a periodic axis 1 and 0 */
   int most[NDIM];      /* images -most .. most along an axis */
   double length[NDIM]; /* of the box along an axis; 0: no image */
-  double (*by)[NDIM];  /* [n], not to be read if n is 1 */
-  int64_t *image;      /* likewise: the number of the image (nodes.h) */
+  double (*by)[NDIM];  /* [n] the displacement; not to be read if n is 1 */
+  int64_t *image;      /* [n] the number of the image (nodes.h); not to be read if n is 1 */
   size_t by_capacity, image_capacity;
 };
 
