@@ -39,18 +39,18 @@ struct row {
 struct cell {
   int32_t coordinate; /* along the row */
   kith_index slot;    /* its first one */
-  double radius2;     /* largest */
+  double radius2;     /* the largest squared radius of its nodes */
 };
 
 /* The nodes of one level, internal or ghosts. */
 struct layer {
-  kith_index row, rows;
-  double radius2; /* largest */
+  kith_index row, rows; /* the first one, and how many */
+  double radius2;       /* the largest squared radius of its nodes */
 };
 
 struct grid {
-  double origin[NDIM], bound;     /* of level 0 */
-  double per_length[GRID_LEVELS]; /* cells */
+  double origin[NDIM], bound;     /* bound: of the radii of level 0 */
+  double per_length[GRID_LEVELS]; /* cells of a level in a unit of length */
   kith_index n_cells, n_rows;
   size_t items_capacity, cells_capacity, rows_capacity;
   struct kith_keyed *item[2]; /* [n] by slot; scratch */
@@ -234,7 +234,7 @@ static inline double square_gap(const struct query *q, int a, int64_t c) {
   return gap > 0 ? gap * gap : 0;
 }
 
-/* Cells of a row whose coordinates are at least c. */
+/* The first cell of a row whose coordinate is at least c, or the end of the row. */
 static inline kith_index cell_from(const struct grid *grid, const struct row *row, int64_t c) {
   kith_index first = row->cell, n = row[1].cell - first;
   const int64_t lowest = grid->cell[first].coordinate;
@@ -269,7 +269,7 @@ static inline kith_status take_row(const struct grid *grid, const struct row *ro
   return count > 0 ? kith_runs_add(runs, slot, count) : KITH_OK;
 }
 
-/* The least key, from this one on, of a row that may lie within range. */
+/* The smallest key, not below `key`, of a row that may lie within range. */
 static inline uint64_t next_key(uint64_t key, const struct query *q) {
   for (int a = 0; a < NDIM - 1; ++a) {
     const int shift = (NDIM - 2 - a) * GRID_COORDINATE_BITS;

@@ -9,12 +9,12 @@
  * Which candidates are significant, |x_ij| <= R_i or <= R_j, is decided by the connectivity.
  *
  * Slot order: every search keeps its nodes in an order of its own, in which the nodes of a cell are
- * contiguous, with coordinates and squared radii packed by slot, so that candidates are streamed and not
- * gathered. A run is a range of slots. Within equal cells slots ascend in node index when all nodes were
- * updated. Candidates are a superset: no neighbor is ever missing, wherever the nodes are: outside of the
- * box, at equal positions, with non-uniform radii.
+ * contiguous. A place in this order is a slot. Coordinates and squared radii are packed by slot, so that
+ * candidates are streamed and not gathered. A run is a range of slots. After an update of all nodes the slots
+ * of a cell ascend in node index. Candidates are a superset of the neighbors: none is ever missing, wherever
+ * the nodes are (outside of the box, at equal positions) and however their radii differ.
  *
- * Where supports are ellipsoids (nodes.h) all this is said of positions in their metric.
+ * Where supports are ellipsoids (nodes.h) positions and distances are those in their metric.
  *
  *   gather          |x_j - x_i| <= R_i     scatter   |x_j - x_i| <= R_j     gather-scatter   either
  *
@@ -39,8 +39,8 @@ struct kith_run {
   kith_index first, count;
 };
 
-/* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own; {0} is
- * empty, n = 0 empties it and keeps the memory. */
+/* A growing list of runs, ascending and disjoint; adjacent ones are merged. Each thread uses its own. {0} is
+ * an empty list; to set n = 0 empties it and keeps the memory. */
 struct kith_runs {
   int n;
   size_t capacity;
@@ -64,11 +64,13 @@ void kith_runs_clear(struct kith_runs *runs); /* frees */
 struct kith_search;
 
 /* A cell of a sweep, and the nodes that may interact with those in it, as slots.
- *   targets  are in the cell, which is half-open, and live on its level. Each node is a target once
- *   active   ascending in level. Those of a level coarser than that of the cell: the first n_coarser runs;
- *            then the local set: nodes of its level, targets among them
- * So f(target, other) for all of the active set, and f(other, target) at once for those of coarser levels,
- * whose own cells do not know the target, is each interaction of two nodes once in each direction. */
+ *   targets  the nodes in the cell, which is half-open, that live on its level. Each node is a target once
+ *   active   the nodes that may interact with them, ascending in level: the first n_coarser runs are of
+ *            levels coarser than that of the cell; the others are its local set, nodes of its level, targets
+ *            among them
+ * To visit each interaction of two nodes once in each direction, evaluate f(target, other) for all nodes of
+ * the active set, and at once f(other, target) for those of coarser levels, whose own cells do not know the
+ * target. */
 struct kith_cell {
   kith_index targets;
   const kith_index *target;
@@ -76,8 +78,9 @@ struct kith_cell {
   const struct kith_run *active;
 };
 
-/* Nodes that share a vertex, all of one level, are touched together: first before any cell that has them in
- * its active set, last after all of these. NULL: nothing happens. */
+/* The events of a sweep. touch_first and touch_last (NULL: nothing happens) are called once for the nodes of
+ * each vertex, which are of one level: before any cell and after all cells that have them in their active
+ * set. */
 struct kith_sweep {
   kith_status (*touch_first)(void *context, const struct kith_run *run, int n);
   kith_status (*cell)(void *context, const struct kith_cell *cell);
@@ -98,12 +101,12 @@ struct kith_search_ops {
    * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that rounding loses no candidate. */
   kith_status (*coarse)(const struct kith_search *search, const struct kith_box *box, double radius,
                         enum kith_search_mode mode, struct kith_runs *runs);
-  /* Only these nodes moved or changed their radius, and there are no ghosts any more if n is n_internal now;
-   * their groups are gone already, the others are those of before. */
+  /* Updates these nodes alone: no others moved or changed their radius. If search->n is n_internal now, the
+   * ghosts are gone, and so are their groups already; the other groups are still those of the last update. */
   kith_status (*update_selected)(struct kith_search *search, const kith_index *nodes, kith_index count);
   /* Visits the interactions of its cells, each once (struct kith_sweep). NULL: it has no cells. */
   kith_status (*sweep)(const struct kith_search *search, const struct kith_sweep *sweep, void *context);
-  size_t (*bytes)(const struct kith_search *search); /* that the private state owns; NULL: none */
+  size_t (*bytes)(const struct kith_search *search); /* memory that the private state owns; NULL: none */
   const char *const *counters; /* names of search->count, the last is NULL; NULL: none */
 };
 
@@ -119,7 +122,7 @@ struct kith_search {
   const struct kith_field *position; /* of each node, in the metric of the supports (nodes.h) */
   const struct kith_field *radius;   /* of each node: search_radius, unless the caller sets another */
   kith_index n, n_internal;          /* nodes seen: internal and ghosts; internal */
-  uint64_t positions, order, ghosts; /* generations */
+  uint64_t positions, order, ghosts; /* generations of the nodes at the last update */
   /* Slot order. */
   kith_index capacity;
   kith_index *node;         /* [n] node of a slot */
@@ -129,8 +132,8 @@ struct kith_search {
   int n_groups;
   size_t groups_capacity;
   struct kith_run *group;
-  /* The slot of an internal node is its number; groups of internal nodes, and the runs that a query finds,
-   * ascend. */
+  /* true: the slot of an internal node is its index, and groups of internal nodes, and the runs that a query
+   * finds, ascend. */
   bool in_order;
   uint8_t *near;                        /* [capacity] by slot, scratch of kith_search_near */
   uint64_t count[KITH_SEARCH_COUNTERS]; /* what the last update did */
@@ -147,23 +150,25 @@ kith_status kith_search_create(struct kith_search **out, const struct kith_searc
                                const struct kith_nodes *nodes);
 void kith_search_destroy(struct kith_search **search);
 
-/* Takes in all nodes as they are now: positions and search radii. They and their squares must be finite: that
- * is not checked. */
+/* Updates the search with the present positions and search radii of all nodes. These and their squares must
+ * be finite: that is not checked. */
 kith_status kith_search_update(struct kith_search *search);
-/* Takes in that these nodes moved or changed their search radius, and no others. STALE if nodes or ghosts
- * were added or removed, nodes reordered, or it was never updated; but all ghosts may have gone. A node may
- * be named more than once. */
+/* Updates the search where these nodes moved or changed their search radius, and no others. A node may be
+ * named more than once. STALE if it was never updated, or nodes were reordered, or nodes or ghosts were added
+ * or removed; but it is allowed to drop all ghosts. */
 kith_status kith_search_update_selected(struct kith_search *search, const kith_index *nodes,
                                         kith_index count);
-/* The internal nodes that may interact with an active one, and these, by slot, into *found, which kith_grow
- * moves. Active nodes are where they are now; the others have not moved farther than `slack` since they were
- * taken in, less what their search radii grew. Nodes must have an activity. */
+/* Finds the active nodes and all internal nodes that may interact with one: their indices, in the order of
+ * their slots, go into *found, which kith_grow moves. Positions of active nodes are the present ones. What
+ * another node has moved since the last update, plus what its search radius has grown, must be at most
+ * `slack`. Nodes must have an activity. */
 kith_status kith_search_near(struct kith_search *search, double slack, kith_index **found, size_t *capacity,
                              kith_index *count);
 /* The first group from `group` on, before `end`, in which not all nodes may be idle: those in between are
  * skipped many at a time. Nodes must have an activity. */
 int kith_search_next_awake(const struct kith_search *search, int group, int end);
-/* STALE, by name, unless the search was made from the present positions and ghosts: after a cull, too. */
+/* STALE, by name, unless the search was made from the present positions and ghosts. A cull makes it stale,
+ * too. */
 kith_status kith_search_fresh(const struct kith_search *search);
 
 /* Neighbors of any position (no node needed) with radius `radius`: coarse, then refined by the exact

@@ -1,11 +1,12 @@
 /* spacetree.c - levels of cells by search radius, sorted by what has moved (spacetree_cells.h).
  *
  * An update reads the positions of the nodes: until the next one all sets of cells are those of these
- * positions. A node that has left its vertex is lifted from parent to parent until a step to an adjacent
- * vertex brings it close, and dropped to its level; one that needs no lift has moved; one that went farther
- * than to an adjacent vertex has tunnelled. All that have left are sorted, and merged with the others, O(n);
- * if they are many, or nodes have been reordered, or the frame does not suit any more, all are sorted from
- * scratch, O(n).
+ * positions. The nodes that have left their vertex are sorted and merged with the others, O(n). If they are
+ * many, or nodes have been reordered, or the frame does not suit any more, all are sorted from scratch, O(n).
+ *
+ * Counters tell how nodes left their vertices, as if each were lifted from parent to parent until its old and
+ * new place are at the same or at adjacent vertices, and then dropped to its level. A node that needs no lift
+ * has moved; one that went farther than to an adjacent vertex of its level has tunnelled.
  *
  * contiguous   slots follow the items: a vertex is a run of slots. A node that moves changes its slot
  * scattered    slots are nodes, vertices hold lists of them: a vertex is as many runs as its nodes are apart
@@ -98,8 +99,8 @@ static bool choose_frame(struct kith_search *search) {
 
 /* Sorting. */
 
-/* Counts how the node of a slot went from where it was packed to where it is: between which levels, and how
- * far. */
+/* Counts how the node of a slot left its vertex: from level `from` and the packed coordinates to level `to`
+ * and its present position. */
 static void count_move(const struct kith_search *search, kith_index slot, int from, int to,
                        uint64_t count[KITH_SEARCH_COUNTERS]) {
   const struct kith_spacetree *tree = search->self;
@@ -129,7 +130,7 @@ static inline kith_index slot_of(const struct kith_search *search, kith_index it
   return is_scattered(search) ? tree->item[0][item].node : item;
 }
 
-/* Makes items first .. n - 1 of the nodes of these numbers, and sorts them. */
+/* Makes items of nodes first .. n - 1, in the places of these numbers, and sorts them. */
 static kith_status sort_all(struct kith_search *search, kith_index first) {
   struct kith_spacetree *tree = search->self;
   if (first == search->n) return KITH_OK;
@@ -139,7 +140,8 @@ static kith_status sort_all(struct kith_search *search, kith_index first) {
   return kith_keyed_sort(tree->item[0] + first, tree->item[1] + first, (size_t)(search->n - first));
 }
 
-/* Sorts internal nodes that were sorted before and have moved; false if too many have left their vertices. */
+/* Sorts the items of internal nodes again after the nodes have moved. Returns false, with nothing sorted, if
+ * too many have left their vertices. */
 static bool sort_moved(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
   const kith_index n = search->n_internal;
@@ -162,7 +164,7 @@ static bool sort_moved(struct kith_search *search) {
   return true;
 }
 
-/* Vertices, their runs of slots, layers. */
+/* Lists the vertices, their runs of slots, and the layers, from the sorted items. */
 static kith_status list_vertices(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
   const struct kith_keyed *item = tree->item[0];
@@ -191,7 +193,8 @@ static kith_status list_vertices(struct kith_search *search) {
   return KITH_OK;
 }
 
-/* Groups of consecutive slots: of one vertex, but if scattered of any nodes, which follow a curve. */
+/* Groups of consecutive slots: contiguous ones are of one vertex; scattered ones are of any nodes, which are
+ * close together because nodes are ordered along a curve. */
 static kith_status list_groups(struct kith_search *search) {
   const struct kith_keyed *item = ((struct kith_spacetree *)search->self)->item[0];
   const bool scattered = is_scattered(search);
@@ -206,7 +209,8 @@ static kith_status list_groups(struct kith_search *search) {
   return KITH_OK;
 }
 
-static kith_status finish(struct kith_search *search) {
+/* Makes slots, groups, vertices, runs and layers from the sorted items. */
+static kith_status list_all(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
   const bool scattered = is_scattered(search);
 #pragma omp parallel for schedule(static)
@@ -232,11 +236,12 @@ static kith_status spacetree_update(struct kith_search *search) {
   search->count[SORTS] += !sorted;
   if (internal > 0) memcpy(tree->id, search->nodes->id->i64, bytes);
   tree->n_ids = search->n_internal;
-  return finish(search);
+  return list_all(search);
 }
 
 /* Selected updates. */
 
+/* The place of each node among the items, unless it is known. */
 static kith_status find_places(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
   if (tree->placed) return KITH_OK;
@@ -256,8 +261,9 @@ static void drop_ghosts(struct kith_search *search) {
   }
 }
 
-/* Takes in where node i is. If it leaves its vertex, its new item goes to item[1], which holds *left. */
-static void take_in(struct kith_search *search, kith_index i, kith_index *left) {
+/* Packs node i where it is now. If it has left its vertex, its new item goes to item[1], which holds
+ * *left. */
+static void repack(struct kith_search *search, kith_index i, kith_index *left) {
   struct kith_spacetree *tree = search->self;
   struct kith_keyed *item = &tree->item[0][tree->place[i]];
   const kith_index slot = is_scattered(search) ? i : tree->place[i];
@@ -281,10 +287,10 @@ static kith_status spacetree_update_selected(struct kith_search *search, const k
     if (!(2 * search->radius->f64[nodes[k]] * (1 + loose) <= tree->edge)) return spacetree_update(search);
   if (search->n == search->n_internal) drop_ghosts(search);
   KITH_TRY(find_places(search));
-  for (kith_index k = 0; k < count; ++k) take_in(search, nodes[k], &left);
+  for (kith_index k = 0; k < count; ++k) repack(search, nodes[k], &left);
   if (left == 0) return KITH_OK;
   kith_keyed_replace(tree->item[0], search->n, tree->item[1], left);
-  return finish(search);
+  return list_all(search);
 }
 
 /* Queries. */
@@ -294,7 +300,8 @@ struct vertex_range {
   uint64_t axis[NDIM], first[NDIM], last[NDIM];
 };
 
-/* -1: none of the codes is in the range; 1: all that are between these two in each axis. */
+/* Of the vertices between two codes, in each axis: 1 if all are in the range, -1 if none is, 0 if some
+ * are. */
 static inline int range_holds(const struct vertex_range *range, uint64_t least, uint64_t most) {
   int holds = 1;
   for (int a = 0; a < NDIM; ++a) {
@@ -312,7 +319,8 @@ static kith_status take_runs(const struct kith_spacetree *tree, kith_index first
   return KITH_OK;
 }
 
-/* Vertices first .. end - 1, all those of a cube of 2^bits vertices along each axis. */
+/* Adds the runs of those of vertices first .. end - 1 that are in the range. They are all the vertices with
+ * nodes of a cube, which has 2^bits vertices along each axis. */
 static kith_status visit_cube(const struct kith_spacetree *tree, kith_index first, kith_index end, int bits,
                               const struct vertex_range *range, struct kith_runs *runs) {
   const struct kith_vertex *vertex = tree->vertex;
@@ -334,8 +342,9 @@ static kith_status visit_cube(const struct kith_spacetree *tree, kith_index firs
   return KITH_OK;
 }
 
-static kith_status query_level(const struct kith_search *search, int number, const struct kith_box *box,
-                               double radius, struct kith_runs *runs) {
+/* Adds the runs of the vertices of layer `number` within `radius` of the box. */
+static kith_status query_vertices(const struct kith_search *search, int number, const struct kith_box *box,
+                                  double radius, struct kith_runs *runs) {
   const struct kith_spacetree *tree = search->self;
   const struct kith_layer *layer = &tree->layer[number];
   const kith_index end = layer->vertex + layer->vertices;
@@ -377,7 +386,7 @@ static kith_status spacetree_coarse(const struct kith_search *search, const stru
     if (tree->layer[l].vertices == 0) continue;
     const double own = mode == KITH_SCATTER ? 0 : radius,
                  largest = mode == KITH_GATHER ? 0 : sqrt(tree->layer[l].radius2);
-    KITH_TRY(query_level(search, l, box, KITH_MAX(own, largest) * (1 + KITH_SEARCH_SLACK), runs));
+    KITH_TRY(query_vertices(search, l, box, KITH_MAX(own, largest) * (1 + KITH_SEARCH_SLACK), runs));
   }
   return is_scattered(search) ? order_runs(runs) : KITH_OK;
 }

@@ -8,8 +8,8 @@
  * of the cell. All these local sets are the active set of the cell. Nodes of finer levels are in none of
  * them: they find the coarser ones.
  *
- * A node is in the cell of its floor: cells are half-open, and a node on a face, an edge or a corner is in
- * one cell. What is outside of the frame is in the outermost cells: correct, but slow. */
+ * Cells are half-open, so that a node on a face, an edge or a corner is in one cell. Nodes outside of the
+ * frame are in the outermost cells: correct, but slow. */
 #ifndef KITH_NEIGHBOR_SPACETREE_CELLS_H
 #define KITH_NEIGHBOR_SPACETREE_CELLS_H
 
@@ -27,22 +27,22 @@ enum {
   KITH_LEVEL_BITS = 5,
 };
 
-/* The nodes of a vertex: slots of run .. those of the next vertex. */
+/* A vertex that has nodes. Their slots are the runs from its own to that of the next vertex. */
 struct kith_vertex {
-  uint64_t key; /* internal or ghost, level, Morton code */
-  kith_index run;
+  uint64_t key;   /* internal or ghost, level, Morton code */
+  kith_index run; /* the first one */
 };
 
-/* Vertices with nodes of one level, internal ones or ghosts. */
+/* The vertices with nodes of one level, internal ones or ghosts. */
 struct kith_layer {
-  kith_index vertex, vertices;
-  double radius2; /* no smaller than the largest */
+  kith_index vertex, vertices; /* the first one, and how many */
+  double radius2;              /* at least the largest squared radius of their nodes */
 };
 
 struct kith_spacetree {
   /* The frame stays as it is while nodes are in it and radii suit it. */
   double lower[NDIM], width, edge;
-  double per_length[KITH_SPACETREE_LEVELS]; /* cells */
+  double per_length[KITH_SPACETREE_LEVELS]; /* cells of a level in a unit of length */
   int deepest;
   /* Sorted: items by key, then by node. contiguous: slots in this order; scattered: slots are nodes. */
   size_t items_capacity, vertices_capacity, runs_capacity, ids_capacity, places_capacity;
@@ -64,7 +64,7 @@ static inline int64_t kith_spacetree_cells(const struct kith_spacetree *tree, in
 static inline int64_t kith_spacetree_clamp(double u, int64_t top) {
   return u > 0 ? (u < (double)top ? (int64_t)u : top) : 0;
 }
-/* The cell of this level that a coordinate is in: the half of that of the level below. */
+/* The cell of this level that a coordinate is in. Halved, it is the cell of the next coarser level. */
 static inline int64_t kith_spacetree_cell(const struct kith_spacetree *tree, int level, int a, double x) {
   const double u = (x - tree->lower[a]) * tree->per_length[level];
   return kith_spacetree_clamp(u, kith_spacetree_cells(tree, level) - 1);

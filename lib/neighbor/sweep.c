@@ -3,12 +3,12 @@
 
 #include <string.h>
 
-/* A cell on the way from level 0 to the present one, and where its local set begins in the active set. */
+/* A cell on the way from level 0 to the present one, and its local set, which is part of the active set. */
 struct step {
   int64_t cell[NDIM];
-  int n, runs;                  /* its vertices that have nodes; where their runs begin */
-  kith_index vertex[2 << NDIM]; /* and those of each: */
-  int run[2 << NDIM];
+  int n, runs; /* how many vertices of it have nodes; where their runs begin in the active set */
+  kith_index vertex[2 << NDIM]; /* [n] these vertices */
+  int run[2 << NDIM];           /* [n] where the runs of each begin */
 };
 
 struct walk {
@@ -18,13 +18,15 @@ struct walk {
   struct kith_keyed *item[2]; /* slots by the cell that they are in; scratch */
   size_t items_capacity;
   kith_index *target;
-  int *left; /* [n_vertices] cells that are still to leave it; negative: before it is touched */
+  /* [n_vertices] how many cells that have the vertex are still to be left; negative until it is touched. */
+  int *left;
   struct kith_runs active;
   int depth; /* levels on the way */
   struct step way[KITH_SPACETREE_LEVELS];
 };
 
-/* Parents come first: by the first of the finest cells in a cell, then by level. */
+/* A key by which parents come before their children: the first of the finest cells in the cell, then the
+ * level. */
 static uint64_t cell_key(const struct kith_spacetree *tree, const int64_t *cell, int level) {
   uint64_t first[NDIM];
   for (int a = 0; a < NDIM; ++a) first[a] = (uint64_t)cell[a] << (tree->deepest - level);

@@ -70,7 +70,7 @@ struct tree {
   size_t sort_capacity;
   /* Scratch of selected updates. */
   kith_index *slot; /* of a node; if slots were sorted */
-  uint8_t *moved;   /* leaves, something in which has */
+  uint8_t *moved;   /* [leaves] 1: a node in it has moved */
   size_t slots_capacity, moved_capacity;
   bool sorted;
 };
@@ -87,8 +87,8 @@ static void tree_clear(struct kith_search *search) {
 
 /* Order. */
 
-/* Steps back along the curve: between adjacent slots, and over ever longer strides, so that rows of a
- * lattice, each of which follows the curve, are not taken for the curve. */
+/* How many steps go back along the curve. Steps are between adjacent slots, and over ever longer strides, so
+ * that the rows of a lattice, each of which follows the curve, are not taken for the curve. */
 static kith_index count_steps_back(const uint64_t *key, kith_index n) {
   kith_index back = 0;
   for (kith_index stride = 1; stride <= n / 8; stride *= 16) {
@@ -136,8 +136,8 @@ static inline uint16_t rank_of(const uint64_t *key, kith_index i) {
   return (uint16_t)(bits << 5 | __builtin_ctz((unsigned)i + 1));
 }
 
-/* Is the longest range around this cut that no higher cut divides too long for a cell? Then it is cut
- * here. */
+/* Consider the longest range around this cut that no higher cut divides. If it is too long for a cell, it is
+ * cut here. */
 static inline bool is_cut(const uint16_t *rank, kith_index n, kith_index i, kith_index most) {
   const uint16_t mine = rank[i];
   kith_index lower = i, upper = i + 1;
@@ -359,7 +359,7 @@ static kith_status tree_update_selected(struct kith_search *search, const kith_i
 struct query {
   struct kith_box box;
   double radius2; /* of the targets if it counts, else -1 */
-  double cell;    /* factor of the cells' own radii squared: counts, or not */
+  double cell;    /* factor of the squared radii of cells; 0: they do not count */
   void (*test)(const struct tree *tree, const kith_index *octets, int n, const struct query *q,
                unsigned *mask);
 };
