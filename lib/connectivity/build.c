@@ -76,7 +76,8 @@ static bool join(struct group *a, const struct group *b) {
 
 /* --- candidates of a group --- */
 
-/* Are the targets ghosts, which have no rows themselves but are entries of the rows of idle nodes? */
+/* Are the targets ghosts, which have no rows themselves but are entries of the rows of idle nodes? Then only
+ * idle nodes are candidates. */
 static bool serves_idle(const struct kith_build *build, const struct group *group) {
   return build->selected && !build->targets->ghosts &&
          build->targets->search->node[group->run.first] >= build->nodes->n_internal;
@@ -87,8 +88,8 @@ static bool is_source(const struct kith_build *build, kith_index node, bool idle
   return !idle || (node < build->nodes->n_internal && !kith_node_active(build->nodes, node));
 }
 
-/* Packs the internal nodes at the beginning of the runs, whose slots are in node order. *first_run: where the
- * rest, ghosts, begins. */
+/* For a search in order: packs the internal nodes, which are at the beginning of the runs. *first_run: the
+ * run where the ghosts begin. */
 static kith_status pack_in_order(struct kith_worker *worker, const struct kith_search *search,
                                  const struct group *group, int *first_run) {
   struct kith_packed *near = &worker->near;
@@ -107,8 +108,9 @@ static kith_status pack_in_order(struct kith_worker *worker, const struct kith_s
   return KITH_OK;
 }
 
-/* Keys of the slots within range of the box, internal nodes and ghosts apart, n[0] and n[1] of them: each of
- * the two is nearly ascending. key: arrays for all candidates; the spare one holds the slots first. */
+/* Finds the slots of the runs from first_run on that are within range of the box, and makes keys of them,
+ * which sort by node: key[0][n[0]] of internal nodes, key[1][n[1]] of ghosts. Each of the two nearly ascends
+ * already. key[2] is for sorting them; before that it holds the slots. */
 static kith_status collect(struct kith_worker *worker, const struct kith_build *build,
                            const struct group *group, int first_run, uint64_t *key[3], size_t n[2]) {
   const struct kith_search *search = build->search;
@@ -136,8 +138,8 @@ static kith_status collect(struct kith_worker *worker, const struct kith_build *
   return KITH_OK;
 }
 
-/* self[m]: the position of target m among the candidates, -1 if it is not one of them (coordinates that are
- * not a number). */
+/* Packs the slots of n sorted keys, from position `from` on, and fills in `self` for those that are
+ * targets. */
 static void pack(struct kith_packed *near, const struct kith_search *search, const uint64_t *key, int from,
                  int n, struct kith_run targets, int *self) {
   for (int p = 0; p < n; ++p) {
@@ -150,7 +152,8 @@ static void pack(struct kith_packed *near, const struct kith_search *search, con
   }
 }
 
-/* Candidates that are image s: those from `from` on. What nothing accepts behind them is node 0. */
+/* Makes the candidates from position `from` on images s of their nodes. The positions behind them, up to
+ * whole words, will count as candidates that no test accepts: they get node 0. */
 static void shift_packed(struct kith_packed *near, const struct kith_build *build, int s, int from) {
   for (int p = from; p < 64 * near->words; ++p) near->shift[p] = (uint16_t)s;
   for (int p = near->n; p < 64 * near->words; ++p) near->node[p] = 0;
@@ -158,7 +161,9 @@ static void shift_packed(struct kith_packed *near, const struct kith_build *buil
     for (int p = from; p < near->n; ++p) near->coordinate[a][p] += kith_build_shift(build, s, a);
 }
 
-/* Adds the sources that are candidates of the group, or their images s. */
+/* Adds the sources that are candidates of the group, as images s. self[m]: the position of target m among the
+ * candidates; it is not written if the target is not one of them, as with coordinates that are not a
+ * number. */
 static kith_status add_candidates(struct kith_worker *worker, const struct kith_build *build,
                                   const struct group *group, int s, int *self) {
   static const enum kith_search_mode modes[] = {[KITH_CUTOFF_number] = KITH_GATHER,
@@ -187,8 +192,7 @@ static kith_status add_candidates(struct kith_worker *worker, const struct kith_
   const int packed = near->n;
   KITH_TRY(collect(worker, build, group, first_run, key, n));
   KITH_TRY(kith_packed_reserve(near, (size_t)packed + n[0] + n[1]));
-  /* Slots nearly follow the nodes. Sorted keys may end in the spare array: each part is packed before the
-   * next is sorted. */
+  /* Sorted keys may end in key[2], so each part is packed before the next one is sorted. */
   for (int part = 0; part < 2; ++part)
     pack(near, search, build->unsorted ? key[part] : kith_keys_sort(key[part], key[2], n[part]),
          packed + (part == 0 ? 0 : (int)n[0]), (int)n[part], targets, self);
@@ -199,8 +203,8 @@ static kith_status add_candidates(struct kith_worker *worker, const struct kith_
   return KITH_OK;
 }
 
-/* Moves the group so that it sees the sources as their images s. Are any near? The box is a little wider than
- * rounding could make it. */
+/* Moves the group by minus shift s, so that sources are as far from it as their images s are from the group.
+ * Are any near? The box is widened by more than rounding. */
 static bool sees_image(const struct kith_build *build, struct group *group, int s) {
   for (int a = 0; a < NDIM; ++a) {
     const double by = kith_build_shift(build, s, a),
@@ -211,7 +215,8 @@ static bool sees_image(const struct kith_build *build, struct group *group, int 
                        KITH_MAX(group->radius, build->widest) * (1 + KITH_SEARCH_SLACK));
 }
 
-/* All candidates of the group. Those of each shift start at a new word. */
+/* Finds all candidates of the group. Those of each shift start at a new word. self[m]: the position of target
+ * m among them, -1 if it is not one of them. */
 static kith_status candidates(struct kith_worker *worker, const struct kith_build *build,
                               const struct group *group, int *self) {
   for (kith_index m = 0; m < group->run.count; ++m) self[m] = -1;
@@ -242,7 +247,8 @@ static kith_status exclude(struct kith_worker *worker, const struct kith_build *
   return KITH_OK;
 }
 
-/* Grows to what the whole chunk will need if the rest is like its first `done` of `all` groups. */
+/* Makes room for `more` words. If there is too little, the chunk gets as much as it will need in all if the
+ * rest is like the first `done` of its `all` groups. */
 static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done, int all) {
   const size_t need = chunk->n + more;
   if (need <= chunk->capacity) return KITH_OK;
@@ -256,10 +262,12 @@ static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done
   return KITH_OK;
 }
 
-/* Shares out the memory: what each chunk is expected to need, and the same part of the rest. In some ticks
- * many nodes are active, between them few. The first time, what lists of packages mostly take. */
+/* Shares out the memory of kith_nodes_work to the chunks: each gets what it is expected to need, and an equal
+ * part of what is left. A chunk is expected to need a little more than the last time, or almost as much as
+ * was expected then, because with block time steps many nodes are active in some ticks, and few between them.
+ * The first time it gets what lists of packages mostly need. */
 static kith_status share_memory(const struct kith_build *build) {
-  enum { FIRST = NDIM == 1 ? 2 : NDIM == 2 ? 5 : 16 }; /* words a target */
+  enum { FIRST = NDIM == 1 ? 2 : NDIM == 2 ? 5 : 16 }; /* words for each target */
   struct kith_words *chunk = build->scratch->chunk;
   const kith_index targets = build->row != NULL ? build->rows : build->targets->nodes->n_internal;
   size_t all = 0;
@@ -277,7 +285,8 @@ static kith_status share_memory(const struct kith_build *build) {
   return KITH_OK;
 }
 
-/* Marks the candidates that are idle internal nodes: targets that are their neighbors go into their rows. */
+/* Marks the candidates that are idle internal nodes: targets that are their neighbors are added to their
+ * rows. */
 static kith_status mark_idle(struct kith_worker *worker, const struct kith_nodes *nodes) {
   const struct kith_packed *near = &worker->near;
   KITH_TRY(kith_reserve(&worker->idle, &worker->idle_capacity, (size_t)near->words, sizeof *worker->idle));
@@ -292,7 +301,7 @@ static kith_status mark_idle(struct kith_worker *worker, const struct kith_nodes
   return KITH_OK;
 }
 
-/* One more entry for the row of each idle node in these bits. A single thread needs no atomics. */
+/* Counts one more entry for the row of each idle node in these bits. A single thread needs no atomics. */
 static void count_idle(const struct kith_worker *worker, const uint64_t *hit, size_t *length) {
   const bool alone = omp_get_num_threads() == 1;
   for (int w = 0; w < worker->near.words; ++w)
@@ -418,7 +427,8 @@ static bool idle_near(const struct kith_build *build, const struct group *group)
   return near;
 }
 
-/* Marks the ghosts that rows of the group will hold: for all targets while their bits are in cache. */
+/* Marks the ghosts that the rows of the group will hold. It is done for a group at a time because its bits
+ * are still in the cache. */
 static void mark_wanted(const struct kith_packed *near, kith_index targets, const uint64_t *hit,
                         kith_index n_internal, uint8_t *wanted) {
   for (int w = 0; w < near->words; ++w) {
@@ -511,7 +521,7 @@ static kith_status test_chunks(const struct kith_build *build, struct kith_rows 
                    kith_status_text((kith_status)status));
 }
 
-/* `wanted` can be told for rows of all internal nodes, with the same nodes and their ghosts as sources. It is
+/* `wanted` is known for rows of all internal nodes, with the same nodes and their ghosts as sources. It is
  * there then, also if there are no ghosts: ranks wait for each other in when_marked. */
 static kith_status begin_wanted(struct kith_rows *rows, const struct kith_build *build, bool of_ghosts) {
   kith_free(&rows->wanted);

@@ -160,7 +160,7 @@ static void sum_counts(struct kith_pairs *pairs, const struct kith_nodes *nodes,
   pairs->n = pairs->first[pairs->starts];
 }
 
-/* The pair of j and i that starts at internal node j: its partners are in order. */
+/* The pair of j and i that starts at internal node j, by bisection: its partners are in canonical order. */
 static size_t find(const struct kith_pairs *pairs, const struct kith_nodes *nodes, kith_index j, kith_index i,
                    const uint16_t *shift) {
   size_t p = pairs->first[j];

@@ -35,7 +35,7 @@ static double resistance(double damage) {
   return r < 0x1p28 ? rint(r * 0x1p20) * 0x1p-20 : INFINITY;
 }
 
-/* What connectivity.h says of pair p; -1: a barrier cuts it. */
+/* f_couple of pair p, by equation (1) of connectivity.h; -1 if a barrier cuts the pair. */
 static double factor_of(const struct kith_connectivity *c, const struct kith_nodes *nodes,
                         const struct kith_coupling *by, size_t p) {
   const kith_index i = c->pairs.node[p][0], j = c->pairs.node[p][1];

@@ -19,8 +19,9 @@ kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs, bool shifts) {
   return KITH_OK;
 }
 
-/* Lower entries e .. of row i, images of one node j, whose first pair with i is `first`: in row j the shifts
- * are the opposite ones, and ascend too. Returns the entry behind them. */
+/* Numbers the pairs of the lower entries of a row, up to `split`, from e on that are images of one node j;
+ * the first pair of j with this row's node is `first`. In row j the shifts are the opposite ones and ascend,
+ * too, so the pairs follow in reverse. Returns the entry behind these images. */
 static size_t number_images(const struct kith_rows *rows, struct kith_pairs *pairs, size_t e, size_t split,
                             uint32_t first) {
   size_t end = e + 1;
@@ -49,9 +50,9 @@ static void number_shifted(const struct kith_rows *rows, struct kith_pairs *pair
   }
 }
 
-/* Rows from .. to - 1. An upper entry of row i is the next pair of i. A lower entry j is a pair of row j: as
- * i ascends, it meets the pairs of j in order, so a cursor for each j gives them; only where j lies before
- * `from` it must be looked up. */
+/* Finds the pair of each entry of rows from .. to - 1. An upper entry of row i is the next pair of i. A lower
+ * entry j is a pair that starts at j. As i ascends, the pairs of j are met in their order, so a cursor for
+ * each j gives them; only those of a j before `from` must be looked up. */
 static void number_entries(const struct kith_rows *rows, struct kith_pairs *pairs, kith_index from,
                            kith_index to) {
   uint32_t *cursor = pairs->cursor;
@@ -103,7 +104,7 @@ kith_status kith_pairs_build(struct kith_pairs *pairs, const struct kith_rows *r
   return kith_pairs_of_row(pairs, rows);
 }
 
-/* Has it values of the present pairs that a patch carries over? */
+/* Does the field have values of the present pairs that a patch carries over? */
 static bool is_carried(const struct kith_pairs *pairs, const struct kith_pairwise *field) {
   return field->spec.lasts && field->generation == pairs->generation;
 }

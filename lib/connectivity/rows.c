@@ -42,6 +42,7 @@ static bool ascending(const uint64_t *key, size_t n) {
   return true;
 }
 
+/* Where the ascending sequence that begins at `from` ends. */
 static size_t ascent(const uint64_t *key, size_t from, size_t n) {
   size_t k = from + 1;
   while (k < n && key[k] > key[k - 1]) ++k;
@@ -59,7 +60,7 @@ static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, c
   if (b < b_end) memcpy(out, b, (size_t)(b_end - b) * sizeof *out);
 }
 
-/* Natural merge sort. */
+/* A natural merge sort: in each round two ascending sequences that follow one another become one. */
 uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n) {
   while (!ascending(key, n)) {
     for (size_t from = 0; from < n;) {
@@ -106,8 +107,8 @@ static void move(const struct kith_column *column, size_t from, size_t to, size_
     memmove((char *)c->values + to * c->size, (char *)c->values + from * c->size, count * c->size);
 }
 
-/* Rows of a share, of which the first begins at entry `from`: moves runs of entries that are kept. Returns
- * where they end. */
+/* Compacts rows begin .. end - 1, of which the first begins at entry `from`, in place, by moving runs of
+ * entries that are kept. Returns where they end. */
 static size_t compact_share(size_t *first, kith_index begin, kith_index end, size_t from,
                             const struct kith_column *column) {
   const kith_index *index = column[0].values;

@@ -41,7 +41,8 @@ static inline const uint16_t *kith_shifts_at(const uint16_t *shift, int zero, si
 }
 void kith_rows_clear(struct kith_rows *rows);
 size_t kith_rows_bytes(const struct kith_rows *rows);
-/* Where the stretch of rows from `begin` on ends; `begin` if all in it are empty. */
+/* The end of the stretch of rows (KITH_STRETCH) that begins at `begin`; `begin` if all rows in it are
+ * empty. */
 static inline kith_index kith_rows_stretch_end(const struct kith_rows *rows, kith_index begin) {
   const kith_index stop = KITH_MIN(begin + KITH_STRETCH, rows->n);
   return rows->first[stop] > rows->first[begin] ? stop : begin;
@@ -49,12 +50,13 @@ static inline kith_index kith_rows_stretch_end(const struct kith_rows *rows, kit
 /* The length of the longest row. */
 size_t kith_rows_longest(const struct kith_rows *rows);
 
-/* Position of this image of j in sorted row i, or where it would be. */
+/* The entry of sorted row i that is this image of j, or the entry before which it would be inserted. */
 static inline size_t kith_rows_find(const struct kith_rows *rows, kith_index i, kith_index j, int shift) {
   size_t e = kith_lower_bound(rows->node, rows->first[i], rows->first[i + 1], j);
   while (rows->shift != NULL && e < rows->first[i + 1] && rows->node[e] == j && rows->shift[e] < shift) ++e;
   return e;
 }
+/* Does sorted row i hold this image of j? */
 static inline bool kith_rows_hold(const struct kith_rows *rows, kith_index i, kith_index j, int shift) {
   const size_t e = kith_rows_find(rows, i, j, shift);
   return e < rows->first[i + 1] && rows->node[e] == j && kith_row_shift(rows, e) == shift;
@@ -64,7 +66,7 @@ void kith_entries_sort(kith_index *node, uint16_t *shift, size_t n);
 /* Sorts keys, fast if they are few ascending sequences; returns the array of the two that has the result. */
 uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n);
 
-/* Entries of n rows in columns, one value of each for each entry. */
+/* An array with a value for each entry of some rows. */
 struct kith_column {
   void *values;
   size_t size; /* of a value */

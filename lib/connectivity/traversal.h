@@ -59,20 +59,21 @@ typedef void (*kith_chunk_pass)(void *context, kith_index begin, kith_index end,
 kith_status kith_traverse(kith_index n, kith_chunk_pass pass, void *context, int lanes, size_t width,
                           struct kith_profile *profile);
 
+enum { KITH_CHUNK = 128 }; /* nodes */
 /* A pass over some of the nodes: those that take part in an evaluation, and of these, while messages are
  * under way, those that need no values of other ranks. {0}: all nodes. */
-enum { KITH_CHUNK = 128 }; /* nodes */
 struct kith_part {
   kith_index first;        /* of the n nodes; 0 where activity or chunk is given */
   const uint8_t *activity; /* [n] of the nodes; NULL: all take part */
-  uint8_t least;           /* activity of those that do, not idle: the pass is called for each run of them */
-  bool whole;              /* no: for each whole chunk that has any of them; it skips the others itself */
+  uint8_t least;           /* nodes with at least this activity, which is not idle, take part */
+  bool whole;              /* the pass is called for whole chunks in which any node takes part, and skips the
+                            * others itself; false: for each run of nodes that take part */
   kith_index size; /* of the chunks that the pass is called for, a multiple of KITH_CHUNK; 0: KITH_CHUNK */
   const uint8_t *chunk;     /* [n / KITH_CHUNK, rounded up] of chunks of that size; NULL: all are wanted */
   uint8_t wanted;           /* chunks are run where the largest of these values is `wanted` */
   struct kith_ranks *ranks; /* for kith_ranks_progress between chunks; may be NULL */
 };
-/* count[4], written; NULL: not wanted. */
+/* As kith_traverse, over a part. count[4] gets the sums of the counters of all threads; NULL: not wanted. */
 kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_chunk_pass pass,
                                void *context, int lanes, size_t width, uint64_t *count,
                                struct kith_profile *profile);

@@ -147,7 +147,8 @@ kith_status kith_connectivity_valid(const struct kith_connectivity *c, const str
   return c->built.intersection ? valid_intersection(c, count, stored) : KITH_OK;
 }
 
-/* What a sweep has found, by slot: nodes touched first (1), targets (2), touched last (3). */
+/* What a sweep has found, by slot. mark: 1 for a node that was touched first, then 2 when it was a target,
+ * then 3 when it was touched last. */
 struct census {
   const struct kith_search *search;
   const struct kith_rows *rows;

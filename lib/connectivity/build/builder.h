@@ -23,7 +23,7 @@ struct kith_builder {
   struct kith_worker *worker; /* [threads] */
   struct kith_words {
     size_t n, capacity;
-    size_t expected; /* words: as many as last time, or lately, and a little more */
+    size_t expected; /* words that a build is expected to need, by those before it */
     uint64_t *word;  /* in the memory of kith_nodes_work, or `own` if that is too little */
     uint64_t *own;
   } chunk[KITH_ROW_CHUNKS]; /* what the first pass over groups leaves for the second */
@@ -37,9 +37,9 @@ struct kith_builder {
   struct kith_idle {
     struct kith_box box;
     double radius;
-  } idle[KITH_ROW_CHUNKS]; /* around the idle nodes of each chunk, and the largest of their R */
+  } idle[KITH_ROW_CHUNKS]; /* the box around the idle nodes of each chunk, and their largest search radius */
 };
-/* For at least as many threads as may run now. */
+/* Makes workers for as many threads as may run now. */
 kith_status kith_builder_reserve(struct kith_builder *scratch);
 void kith_builder_clear(struct kith_builder *scratch);
 size_t kith_builder_bytes(const struct kith_builder *scratch);
@@ -62,9 +62,9 @@ struct kith_build {
   const struct kith_nodes *nodes;   /* of the sources */
   const struct kith_search *search; /* of the sources */
   const struct kith_shifts *shifts; /* images of the sources, which are the targets too; NULL: none */
-  struct kith_box all;              /* of the sources, and their largest R: where there are images */
-  double widest;
-  struct kith_excluder *excluders; /* chain or NULL */
+  struct kith_box all;              /* around the sources; known if there are images */
+  double widest;                    /* the largest R of the sources; likewise */
+  struct kith_excluder *excluders;  /* chain or NULL */
   struct kith_builder *scratch;
   enum kith_cutoff cutoff;
   double number;         /* the cutoff; of boxes the largest R of a source, else unused */
@@ -77,7 +77,7 @@ struct kith_build {
   kith_status (*when_marked)(void *context); /* connectivity.h; NULL: nothing to do */
   void *context;
 };
-/* Is every node of a group a target, with its own number as its row? So it is for packages. */
+/* Is every node of a group a target, with its own index as its row? It is in the rows of packages. */
 static inline bool kith_build_all_targets(const struct kith_build *build) {
   return build->row == NULL && !build->selected;
 }

@@ -4,8 +4,9 @@
 #include <omp.h>
 #include <string.h>
 
-/* Shifts of the row that begins at entry e. Its nodes ascend in the part of each shift; mostly there is one,
- * as in the first and the last word. */
+/* Fills in the shifts of the row that begins at entry e, and sorts the row: its nodes ascend only among
+ * entries of one shift. Mostly there is one shift, that of the first and of the last word, and nothing to
+ * sort. */
 static void fill_shifts(const struct kith_rows *rows, const struct kith_build *build, size_t e,
                         const uint16_t *shift, int words, const uint64_t *hit) {
   size_t n = 0;

@@ -29,7 +29,7 @@ struct kith_excluder_ops {
   size_t settings_size;
   enum kith_phase phase;
   bool self;   /* it rejects the node itself and nothing else */
-  bool halves; /* of the two candidates that one pair of nodes makes it rejects one: rows are not symmetric */
+  bool halves; /* it rejects one of the two candidates of each pair: rows are not symmetric */
   /* Before each build: makes what `reject` needs from the present nodes, in excluder->self. NULL: nothing. */
   kith_status (*setup)(struct kith_excluder *excluder, const struct kith_selection *targets,
                        const struct kith_selection *sources);
@@ -53,7 +53,7 @@ KITH_EXCLUDER_LIST(X)
 #undef X
 KITH_FAMILY_FUNCTIONS(kith_excluder);
 
-/* bonds: the context. By ids, in any order. */
+/* The context of the excluder bonds: pairs of ids, in any order. */
 struct kith_bonds {
   size_t n;
   const int64_t (*id)[2];

@@ -76,12 +76,12 @@ struct kith_rebuilds {
   bool snapshot_taken;
 };
 /* From words joined by "|": "displacement | entity-change". Settings of a policy follow a colon:
- * "name:key=value key=value | never". BAD_INPUT for what it does not know. `period` (NDIM; NULL: none):
- * lengths of periodic axes, 0 for the others. */
+ * "name:key=value key=value | never". BAD_INPUT for unknown names and keys. period[NDIM]: lengths of periodic
+ * axes, 0 for the others; NULL: no axis is periodic. */
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period);
 void kith_rebuilds_clear(struct kith_rebuilds *rebuilds);
-/* The reason for which a rebuild is due whatever happened: first_build if there is no snapshot, or that of a
- * policy that fires every step and is the first; none. */
+/* The reason for which a rebuild is due whatever happened: first_build if there is no snapshot, that of the
+ * first policy if it fires every step, else none. */
 enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebuilds);
 /* Is a rebuild due, and why? *reason: the first policy that fires, first_build if there is no snapshot, none.
  * STALE if none fires, none covers, and the lists may miss a pair. Collective: due on one rank is due on all.
@@ -92,14 +92,14 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
  * fires before they could: whoever chose such policies wants no other lists. Collective where it refuses. */
 kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                 const char *why);
-/* Do the lists hold every significant pair? Wants keeps_cover. Collective; status: as above. */
+/* Do the lists hold every significant pair? keeps_cover must be set. Collective; status: as above. */
 kith_status kith_rebuilds_covered(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                   kith_status status, bool *covered);
-/* After a rebuild: all policies take a new snapshot, also those that were not asked. Of this rank: ranks then
- * have to agree on the status and on what kith_rebuilds_shared says. */
+/* After a rebuild: all policies take a new snapshot of this rank, also those that were not asked. Then the
+ * ranks must agree on the status and on what kith_rebuilds_shared returns. */
 kith_status kith_rebuilds_take(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
 struct kith_shared kith_rebuilds_shared(struct kith_rebuilds *rebuilds);
-/* Both. Collective. */
+/* kith_rebuilds_take, and the agreement of the ranks. Collective. */
 kith_status kith_rebuilds_snapshot(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes);
 /* Do lists outlive a step under these policies? */
 bool kith_rebuilds_lasting(const struct kith_rebuilds *rebuilds);

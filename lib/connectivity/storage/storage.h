@@ -20,10 +20,11 @@ struct kith_storage_ops {
   const struct kith_param *params; /* its own parameters (stored->settings), NULL: none */
   size_t settings_size;
   bool ascending; /* needs sorted rows */
-  bool shifts;    /* keeps which images the sources are */
-  bool upper;     /* keeps sources beyond the target only: targets and sources are one selection */
-  /* Keeps the rows in stored->rows, or in stored->self, and then need not keep stored->rows. node[t]: that of
-   * target t, borrowed as long as the rows are. UNSUPPORTED if it cannot hold them. */
+  bool shifts; /* keeps which images the sources are */
+  bool upper;  /* keeps sources beyond the target only: targets and sources are one selection */
+  /* Keeps the rows that were built in stored->rows: there, or in another form in stored->self, and may then
+   * clear stored->rows. NULL: they stay as they are. node[t]: the node of target t, borrowed as long as the
+   * rows are kept. UNSUPPORTED if the storage cannot hold them. */
   kith_status (*keep)(struct kith_stored *stored, const kith_index *node);
   /* Row t and its length; in `space`, [stored->longest], if it must be unpacked. Thread-safe. */
   const kith_index *(*row)(const struct kith_stored *stored, kith_index t, kith_index *space, size_t *n);
