@@ -19,19 +19,18 @@ kith_status kith_pairs_reserve_nodes(struct kith_pairs *pairs, bool shifts) {
   return KITH_OK;
 }
 
-/* Numbers the pairs of the lower entries of a row, up to `split`, from e on that are images of one node j;
- * the first pair of j with this row's node is `first`. In row j the shifts are the opposite ones and ascend,
- * too, so the pairs follow in reverse. Returns the entry behind these images. */
-static size_t number_images(const struct kith_rows *rows, struct kith_pairs *pairs, size_t e, size_t split,
-                            uint32_t first) {
-  size_t end = e + 1;
-  while (end < split && rows->node[end] == rows->node[e]) ++end;
-  for (size_t k = e; k < end; ++k) pairs->of_row[k] = first + (uint32_t)(end - 1 - k);
-  return end;
+/* The first pair of the lower entry j of row i: it starts at j. */
+static size_t first_pair(const struct kith_rows *rows, const struct kith_pairs *pairs, kith_index j,
+                         kith_index i) {
+  const size_t stop = rows->first[j + 1], start = stop - (pairs->first[j + 1] - pairs->first[j]);
+  return pairs->first[j] + kith_lower_bound(rows->node, start, stop, i) - start;
 }
 
-/* number_entries (below), for rows with shifts. */
-static void number_shifted(const struct kith_rows *rows, struct kith_pairs *pairs, kith_index from,
+/* Finds the pair of each entry of rows from .. to - 1. An upper entry of row i is the next pair of i. A lower
+ * entry j is a pair that starts at j. As i ascends, the pairs of j are met in their order, so a cursor for
+ * each j gives them; only those of a j before `from` must be looked up. Of several images of j in row i the
+ * shifts are the opposite ones in row j, where they ascend, too: their pairs follow in reverse. */
+static void number_entries(const struct kith_rows *rows, struct kith_pairs *pairs, kith_index from,
                            kith_index to) {
   uint32_t *cursor = pairs->cursor;
   for (kith_index i = from; i < to; ++i) {
@@ -39,34 +38,12 @@ static void number_shifted(const struct kith_rows *rows, struct kith_pairs *pair
     cursor[i] = (uint32_t)pairs->first[i];
     for (size_t e = rows->first[i], end; e < split; e = end) {
       const kith_index j = rows->node[e];
-      const size_t stop = rows->first[j + 1], start = stop - (pairs->first[j + 1] - pairs->first[j]);
-      const bool known = j >= from;
-      const size_t at =
-          known ? cursor[j] : pairs->first[j] + kith_lower_bound(rows->node, start, stop, i) - start;
-      end = number_images(rows, pairs, e, split, (uint32_t)at);
-      if (known) cursor[j] += (uint32_t)(end - e);
+      for (end = e + 1; end < split && rows->node[end] == j;) ++end;
+      const uint32_t first = j >= from ? cursor[j] : (uint32_t)first_pair(rows, pairs, j, i);
+      for (size_t k = e; k < end; ++k) pairs->of_row[k] = first + (uint32_t)(end - 1 - k);
+      if (j >= from) cursor[j] = first + (uint32_t)(end - e);
     }
     for (size_t e = split, p = pairs->first[i]; e < rows->first[i + 1]; ++e) pairs->of_row[e] = (uint32_t)p++;
-  }
-}
-
-/* Finds the pair of each entry of rows from .. to - 1. An upper entry of row i is the next pair of i. A lower
- * entry j is a pair that starts at j. As i ascends, the pairs of j are met in their order, so a cursor for
- * each j gives them; only those of a j before `from` must be looked up. */
-static void number_entries(const struct kith_rows *rows, struct kith_pairs *pairs, kith_index from,
-                           kith_index to) {
-  uint32_t *cursor = pairs->cursor;
-  for (kith_index i = from; i < to; ++i) {
-    const size_t split = rows->first[i + 1] - (pairs->first[i + 1] - pairs->first[i]);
-    size_t e = rows->first[i];
-    for (; e < split && rows->node[e] < from; ++e) {
-      const kith_index j = rows->node[e];
-      const size_t stop = rows->first[j + 1], start = stop - (pairs->first[j + 1] - pairs->first[j]);
-      pairs->of_row[e] = (uint32_t)(pairs->first[j] + kith_lower_bound(rows->node, start, stop, i) - start);
-    }
-    for (; e < split; ++e) pairs->of_row[e] = cursor[rows->node[e]]++;
-    for (size_t p = pairs->first[i]; e < rows->first[i + 1]; ++e) pairs->of_row[e] = (uint32_t)p++;
-    cursor[i] = (uint32_t)pairs->first[i];
   }
 }
 
@@ -77,8 +54,7 @@ kith_status kith_pairs_of_row(struct kith_pairs *pairs, const struct kith_rows *
   KITH_TRY(kith_reserve(&pairs->cursor, &pairs->cursor_capacity, (size_t)rows->n, sizeof *pairs->cursor));
 #pragma omp parallel for schedule(dynamic, 1) if (rows->n > KITH_FEW)
   for (int s = 0; s < PARTS; ++s)
-    (rows->shift != NULL ? number_shifted : number_entries)(rows, pairs, kith_part_start(rows->n, s, PARTS),
-                                                            kith_part_start(rows->n, s + 1, PARTS));
+    number_entries(rows, pairs, kith_part_start(rows->n, s, PARTS), kith_part_start(rows->n, s + 1, PARTS));
   return KITH_OK;
 }
 
