@@ -15,16 +15,12 @@ static KITH_HOT void sort_row(kith_index *restrict node, size_t n, const uint32_
   }
 }
 
-/* The number of the image of j that is displaced by a shift (NULL: not displaced). */
-static inline int64_t image_of(const struct kith_nodes *nodes, kith_index j, const uint16_t *shift) {
-  return nodes->image->i64[j] + (shift != NULL ? nodes->shifts.image[*shift] : 0);
-}
-static const uint16_t *shift_at(const uint16_t *shift, size_t e) {
-  return shift != NULL ? shift + e : NULL;
+/* The number of the image of j that is displaced by a shift. */
+static inline int64_t image_of(const struct kith_nodes *nodes, kith_index j, int shift) {
+  return nodes->image->i64[j] + (nodes->shifts.n > 1 ? nodes->shifts.image[shift] : 0);
 }
 
-static bool precedes(const struct kith_nodes *nodes, kith_index i, const uint16_t *si, kith_index j,
-                     const uint16_t *sj) {
+static bool precedes(const struct kith_nodes *nodes, kith_index i, int si, kith_index j, int sj) {
   const int64_t *id = nodes->id->i64;
   return id[i] < id[j] || (id[i] == id[j] && image_of(nodes, i, si) < image_of(nodes, j, sj));
 }
@@ -39,7 +35,7 @@ static KITH_HOT void sort_shifted(const struct kith_rows *rows, const struct kit
   uint16_t *restrict shift = (uint16_t *)kith_scratch_lane(s, 5);
   for (size_t k = 0; k < n; ++k) {
     node[k] = rows->node[first + k], shift[k] = rows->shift[first + k];
-    id[k] = nodes->id->i64[node[k]], image[k] = image_of(nodes, node[k], &shift[k]);
+    id[k] = nodes->id->i64[node[k]], image[k] = image_of(nodes, node[k], shift[k]);
   }
   for (size_t k = 0; k < n; ++k) {
     int64_t before = 0;
@@ -102,7 +98,7 @@ static kith_status sort_all(struct kith_connectivity *c, const struct kith_nodes
 
 /* Does the pair of internal node i and j start at i? Between two nodes the lower id decides, also if j is a
  * ghost here: on another rank it is not. An image and a frozen node are partners of i only. */
-static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_index j, const uint16_t *shift) {
+static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_index j, int shift) {
   if (image_of(nodes, j, shift) != 0 || nodes->id->i64[i] < nodes->id->i64[j]) return true;
   return j >= nodes->n_internal && kith_nodes_ghost_block(nodes, j)->kind == KITH_GHOST_FROZEN;
 }
@@ -111,10 +107,9 @@ static inline bool starts(const struct kith_nodes *nodes, kith_index i, kith_ind
  * each ghost, so that they ascend in the index of the partner for any number of threads. */
 enum { PARTS = 16 };
 
-static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_index j, const uint16_t *shift,
-                       size_t e) {
+static inline void put(struct kith_pairs *pairs, size_t p, kith_index i, kith_index j, int shift, size_t e) {
   pairs->node[p][0] = i, pairs->node[p][1] = j;
-  if (shift != NULL) pairs->shift[p] = *shift;
+  if (pairs->shift != NULL) pairs->shift[p] = (uint16_t)shift;
   pairs->of_row[e] = (uint32_t)p;
 }
 
@@ -130,7 +125,7 @@ static void walk(struct kith_pairs *pairs, const struct kith_rows *rows, const s
       size_t p = fill ? pairs->first[i] : 0;
       for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
         const kith_index j = rows->node[e];
-        const uint16_t *shift = shift_at(rows->shift, e); /* the zero shift if it starts at the ghost */
+        const int shift = kith_row_shift(rows, e); /* the zero shift if it starts at the ghost */
         const bool at_i = starts(nodes, i, j, shift), at_ghost = !at_i && j >= n;
         if (fill && at_i) put(pairs, p, i, j, shift, e);
         if (fill && at_ghost) put(pairs, cursor[j - n], j, i, shift, e);
@@ -162,10 +157,13 @@ static void sum_counts(struct kith_pairs *pairs, const struct kith_nodes *nodes,
 
 /* The pair of j and i that starts at internal node j, by bisection: its partners are in canonical order. */
 static size_t find(const struct kith_pairs *pairs, const struct kith_nodes *nodes, kith_index j, kith_index i,
-                   const uint16_t *shift) {
+                   int shift) {
   size_t p = pairs->first[j];
-  for (size_t n = pairs->first[j + 1] - p; n > 1; n -= n / 2)
-    p += precedes(nodes, i, shift, pairs->node[p + n / 2][1], shift_at(pairs->shift, p + n / 2)) ? 0 : n / 2;
+  for (size_t n = pairs->first[j + 1] - p; n > 1; n -= n / 2) {
+    const size_t middle = p + n / 2;
+    const int at = pairs->shift != NULL ? pairs->shift[middle] : 0;
+    if (!precedes(nodes, i, shift, pairs->node[middle][1], at)) p = middle;
+  }
   return p;
 }
 
@@ -176,7 +174,7 @@ static void find_others(struct kith_pairs *pairs, const struct kith_rows *rows,
   for (kith_index i = 0; i < n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
       const kith_index j = rows->node[e];
-      const uint16_t *shift = shift_at(rows->shift, e); /* the zero shift: pairs with images start at i */
+      const int shift = kith_row_shift(rows, e); /* the zero shift: pairs with images start at i */
       if (j < n && !starts(nodes, i, j, shift)) pairs->of_row[e] = (uint32_t)find(pairs, nodes, j, i, shift);
     }
 }
