@@ -54,30 +54,8 @@ static kith_status check_cutoff(const struct kith_list_spec *spec) {
   return spec->cutoff != KITH_CUTOFF_gather ? check_radius(spec, &spec->sources, "sources") : KITH_OK;
 }
 
-/* What depends on storage and policies. Their settings are checked where they are read. */
-static kith_status check_kept(const struct kith_list_spec *spec) {
-  const struct kith_selection *t = &spec->targets, *s = &spec->sources;
-  const bool one =
-      t->nodes == s->nodes && t->lists == s->lists && t->chosen == s->chosen && t->context == s->context;
-  if (spec->storage == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no storage is given");
-  if (spec->rebuild == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no rebuild policy is given");
-  const struct kith_storage_ops *storage = kith_storage_of(spec->storage);
-  if (storage == NULL) return KITH_OK; /* refused where it is made */
-  if (storage->ascending && spec->unsorted)
-    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs sorted rows", storage->name);
-  if (storage->upper && !one)
-    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs targets that are the sources", storage->name);
-  if (storage->upper && (spec->cutoff == KITH_CUTOFF_gather || spec->cutoff == KITH_CUTOFF_scatter))
-    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs a cutoff that is the same for both of a pair",
-              storage->name);
-  for (const struct kith_excluder *e = spec->excluders; storage->upper && e != NULL; e = e->next)
-    if (e->ops->halves)
-      KITH_FAIL(BAD_INPUT, "neighbor list: storage %s and excluder %s would leave a quarter of the rows",
-                storage->name, e->ops->name);
-  return KITH_OK;
-}
-
-kith_status kith_list_spec_check(const struct kith_list_spec *spec) {
+/* BAD_INPUT, by name, for what is missing or contradictory in what builders of rows need. */
+static kith_status check(const struct kith_list_spec *spec) {
   KITH_TRY(check_selection(&spec->targets, "targets"));
   KITH_TRY(check_selection(&spec->sources, "sources"));
   if (spec->targets.nodes == spec->sources.nodes && spec->targets.search != spec->sources.search)
@@ -85,14 +63,13 @@ kith_status kith_list_spec_check(const struct kith_list_spec *spec) {
   for (int a = 0; a < NDIM; ++a)
     if (spec->targets.nodes->stretch[a] != spec->sources.nodes->stretch[a])
       KITH_FAIL(BAD_INPUT, "neighbor list: supports of targets and sources differ in shape");
-  KITH_TRY(check_cutoff(spec));
-  return check_kept(spec);
+  return check_cutoff(spec);
 }
 
 kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kith_builder *scratch,
                                    struct kith_build *build) {
   const struct kith_excluder *first = spec->excluders;
-  KITH_TRY(kith_list_spec_check(spec));
+  KITH_TRY(check(spec));
   KITH_TRY(kith_excluder_setup(spec->excluders, &spec->targets, &spec->sources));
   KITH_TRY(kith_builder_reserve(scratch));
   *build = (struct kith_build){
@@ -116,19 +93,42 @@ kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kit
 
 /* --- a list --- */
 
+/* Can the storage keep such rows? Half of a row is enough only if the other half is in other rows. */
+static kith_status check_storage(const struct kith_list_spec *spec, const struct kith_storage_ops *storage) {
+  const struct kith_selection *t = &spec->targets, *s = &spec->sources;
+  if (storage->ascending && spec->unsorted)
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs sorted rows", storage->name);
+  if (!storage->upper) return KITH_OK;
+  if (t->nodes != s->nodes || t->lists != s->lists || t->chosen != s->chosen || t->context != s->context)
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs targets that are the sources", storage->name);
+  if (spec->cutoff == KITH_CUTOFF_gather || spec->cutoff == KITH_CUTOFF_scatter)
+    KITH_FAIL(BAD_INPUT, "neighbor list: storage %s needs a cutoff that is the same for both of a pair",
+              storage->name);
+  for (const struct kith_excluder *e = spec->excluders; e != NULL; e = e->next)
+    if (e->ops->halves)
+      KITH_FAIL(BAD_INPUT, "neighbor list: storage %s and excluder %s would leave a quarter of the rows",
+                storage->name, e->ops->name);
+  return KITH_OK;
+}
+
+static kith_status create(struct kith_list *list, const struct kith_list_spec *spec) {
+  list->spec = *spec;
+  KITH_TRY(check(spec));
+  if (spec->storage == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no storage is given");
+  if (spec->rebuild == NULL) KITH_FAIL(BAD_INPUT, "neighbor list: no rebuild policy is given");
+  KITH_TRY(kith_stored_create(&list->stored, spec->storage));
+  KITH_TRY(check_storage(spec, list->stored.ops));
+  KITH_TRY(kith_rebuilds_create(&list->rebuilds, spec->rebuild, spec->period));
+  if (kith_rebuilds_lasting(&list->rebuilds) && spec->targets.nodes != spec->sources.nodes)
+    KITH_FAIL(BAD_INPUT, "neighbor list: rebuild policy '%s' follows one set of nodes; between two: always",
+              spec->rebuild);
+  return KITH_OK;
+}
+
 kith_status kith_list_create(struct kith_list **out, const struct kith_list_spec *spec) {
   *out = NULL;
-  KITH_TRY(kith_list_spec_check(spec));
   KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
-  struct kith_list *list = *out;
-  list->spec = *spec;
-  kith_status status = kith_stored_create(&list->stored, spec->storage);
-  if (status == KITH_OK) status = kith_rebuilds_create(&list->rebuilds, spec->rebuild, spec->period);
-  if (status == KITH_OK && kith_rebuilds_lasting(&list->rebuilds) &&
-      spec->targets.nodes != spec->sources.nodes)
-    status = kith_fail(KITH_BAD_INPUT,
-                       "neighbor list: rebuild policy '%s' follows one set of nodes; between two: always",
-                       spec->rebuild);
+  const kith_status status = create(*out, spec);
   if (status != KITH_OK) kith_list_destroy(out);
   return status;
 }

@@ -36,9 +36,8 @@ struct kith_list_spec {
  * out the node itself, becomes the head of the chain; `others`: the rest of it, or NULL. */
 struct kith_list_spec kith_list_spec_among(const struct kith_nodes *nodes, struct kith_search *search,
                                            struct kith_excluder *self, struct kith_excluder *others);
-/* BAD_INPUT, by name, for what is missing or contradictory. */
-kith_status kith_list_spec_check(const struct kith_list_spec *spec);
-/* What builders of rows need, from a specification; its excluders are set up. */
+/* What builders of rows need, from a specification; its excluders are set up. BAD_INPUT, by name, if
+ * something of that is missing or contradictory. */
 kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kith_builder *scratch,
                                    struct kith_build *build);
 
@@ -55,7 +54,8 @@ struct kith_list {
   struct kith_builder scratch;
 };
 
-/* Refuses what kith_list_spec_check refuses, and settings of storage and policies. */
+/* BAD_INPUT, by name, for what is missing or contradictory, and for wrong settings of storage and
+ * policies. */
 kith_status kith_list_create(struct kith_list **out, const struct kith_list_spec *spec);
 void kith_list_destroy(struct kith_list **list);
 /* Makes it again if that is due; *why: for which reason, none if it was kept. BAD_INPUT if the first

@@ -16,14 +16,6 @@ kith_status kith_stored_create(struct kith_stored *out, const char *words) {
   return KITH_OK;
 }
 
-const struct kith_storage_ops *kith_storage_of(const char *words) {
-  struct kith_stored stored;
-  const kith_status status = kith_stored_create(&stored, words);
-  const struct kith_storage_ops *ops = stored.ops;
-  kith_stored_clear(&stored);
-  return status == KITH_OK ? ops : NULL;
-}
-
 kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node) {
   stored->n = stored->rows.n;
   stored->entries = stored->rows.first[stored->n];

@@ -46,8 +46,6 @@ struct kith_stored {
   kith_index n;
   size_t entries, longest; /* of the rows as built */
 };
-/* The storage of a name, with settings after a colon; NULL if kith_stored_create refuses it. */
-const struct kith_storage_ops *kith_storage_of(const char *words);
 /* From a name, with settings after a colon: "padded:width=64". BAD_INPUT for what it does not know. */
 kith_status kith_stored_create(struct kith_stored *out, const char *words);
 /* Keeps stored->rows, which were just built. node: as above. */
