@@ -456,21 +456,20 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   if (serves_idle(build, group) && !idle) return KITH_OK;
   KITH_TRY(candidates(worker, build, group, self));
   if (idle) KITH_TRY(mark_idle(worker, build->nodes));
-  const size_t n = (size_t)worker->near.n, masks = idle ? (size_t)worker->near.words : 0,
-               head = KITH_RECORD_HEAD + kith_record_nodes(n) + kith_record_shifts(build, n) + masks,
-               words = head + (size_t)worker->near.words * (size_t)group->targets;
-  KITH_TRY(reserve_chunk(chunk, words, done, all));
-  uint64_t *record = chunk->word + chunk->n;
-  record[0] = (uint64_t)idle << 32 | n;
-  record[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
-  if (n > 0) memcpy(record + KITH_RECORD_HEAD, worker->near.node, n * sizeof(kith_index));
-  if (n > 0 && build->shifts != NULL)
-    memcpy(record + KITH_RECORD_HEAD + kith_record_nodes(n), worker->near.shift, n * sizeof(uint16_t));
-  if (masks > 0) memcpy(record + head - masks, worker->idle, masks * sizeof *worker->idle);
-  chunk->n += words;
-  KITH_TRY(test_targets(worker, build, group->run, self, idle, rows->first + 1, record + head));
+  const size_t n = (size_t)worker->near.n, words = (size_t)worker->near.words,
+               all_words = kith_record_head(build, n, idle) + words * (size_t)group->targets;
+  KITH_TRY(reserve_chunk(chunk, all_words, done, all));
+  uint64_t *word = chunk->word + chunk->n;
+  word[0] = (uint64_t)idle << 32 | n;
+  word[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
+  const struct kith_record record = kith_record_at(build, word);
+  if (n > 0) memcpy(record.node, worker->near.node, n * sizeof *record.node);
+  if (n > 0 && build->shifts != NULL) memcpy(record.shift, worker->near.shift, n * sizeof *record.shift);
+  if (idle && words > 0) memcpy(record.idle, worker->idle, words * sizeof *record.idle);
+  chunk->n += all_words;
+  KITH_TRY(test_targets(worker, build, group->run, self, idle, rows->first + 1, record.hit));
   if (rows->wanted != NULL)
-    mark_wanted(&worker->near, group->targets, record + head, build->nodes->n_internal, rows->wanted);
+    mark_wanted(&worker->near, group->targets, record.hit, build->nodes->n_internal, rows->wanted);
   return KITH_OK;
 }
 

@@ -8,14 +8,15 @@
  * entries of one shift. Mostly there is one shift, that of the first and of the last word, and nothing to
  * sort. */
 static void fill_shifts(const struct kith_rows *rows, const struct kith_build *build, size_t e,
-                        const uint16_t *shift, int words, const uint64_t *hit) {
+                        const struct kith_record *record, const uint64_t *hit) {
+  const uint16_t *shift = record->shift;
   size_t n = 0;
-  for (int w = 0; w < words; ++w) n += (size_t)__builtin_popcountll(hit[w]);
-  if (words > 0 && shift[0] == shift[64 * (words - 1)]) {
+  for (int w = 0; w < record->words; ++w) n += (size_t)__builtin_popcountll(hit[w]);
+  if (record->words > 0 && shift[0] == shift[64 * (record->words - 1)]) {
     for (size_t k = e; k < e + n; ++k) rows->shift[k] = shift[0];
     return;
   }
-  kith_packed_extract_shifts(shift, words, hit, rows->shift + e);
+  kith_packed_extract_shifts(shift, record->words, hit, rows->shift + e);
   if (build->unsorted) return;
   uint64_t *key = build->scratch->worker[omp_get_thread_num()].key;
   for (size_t k = 0; k < n; ++k) key[k] = (uint64_t)rows->node[e + k] << 16 | rows->shift[e + k];
@@ -28,46 +29,40 @@ static void fill_shifts(const struct kith_rows *rows, const struct kith_build *b
 
 /* Adds target i to the rows of the idle nodes that are in its own row. */
 static void fill_idle(const struct kith_rows *rows, const struct kith_build *build, kith_index i,
-                      const kith_index *node, const uint16_t *shift, int words, const uint64_t *idle,
-                      const uint64_t *hit) {
+                      const struct kith_record *record, const uint64_t *hit) {
   const bool alone = omp_get_num_threads() == 1;
-  for (int w = 0; w < words; ++w)
-    for (uint64_t bits = hit[w] & idle[w]; bits != 0; bits &= bits - 1) {
+  for (int w = 0; w < record->words; ++w)
+    for (uint64_t bits = hit[w] & record->idle[w]; bits != 0; bits &= bits - 1) {
       const int k = 64 * w + __builtin_ctzll(bits);
-      kith_index at, *mine = &build->scratch->filled[node[k]];
+      const kith_index node = record->node[k];
+      kith_index at, *mine = &build->scratch->filled[node];
       if (alone)
         at = (*mine)++;
       else
 #pragma omp atomic capture
         at = (*mine)++;
-      const size_t e = rows->first[node[k]] + (size_t)at;
+      const size_t e = rows->first[node] + (size_t)at;
       rows->node[e] = i;
-      if (rows->shift != NULL) rows->shift[e] = (uint16_t)(2 * rows->zero - shift[k]);
+      if (rows->shift != NULL) rows->shift[e] = (uint16_t)(2 * rows->zero - record->shift[k]);
     }
 }
 
 void kith_chunk_fill(struct kith_rows *rows, const struct kith_build *build, const struct kith_words *chunk) {
   const kith_index *of_slot = build->targets->search->node;
-  const bool all = kith_build_all_targets(build), shifts = rows->shift != NULL;
-  const uint64_t *record = chunk->word;
-  while (record < chunk->word + chunk->n) {
-    const int n = (int)(record[0] & 0xffffffffu), words = (n + 63) / 64;
-    const bool idle = record[0] >> 32 != 0;
-    const kith_index first = (kith_index)(record[1] >> 32), count = (kith_index)(record[1] & 0xffffffffu);
-    const kith_index *node = (const kith_index *)(record + KITH_RECORD_HEAD);
-    const uint16_t *shift = (const uint16_t *)(record + KITH_RECORD_HEAD + kith_record_nodes((size_t)n));
-    record += KITH_RECORD_HEAD + kith_record_nodes((size_t)n) + kith_record_shifts(build, (size_t)n);
-    const uint64_t *mask = record;
-    if (idle) record += words;
-    for (kith_index slot = first; slot < first + count; ++slot) {
+  const bool all = kith_build_all_targets(build);
+  for (uint64_t *word = chunk->word; word < chunk->word + chunk->n;) {
+    const struct kith_record record = kith_record_at(build, word);
+    uint64_t *hit = record.hit;
+    for (kith_index slot = record.slots.first; slot < record.slots.first + record.slots.count; ++slot) {
       const kith_index i = of_slot[slot];
       if (!all && !kith_build_is_target(build, i)) continue;
       const size_t e = rows->first[all ? i : kith_build_row(build, i)];
-      kith_packed_extract(node, words, record, rows->node + e);
-      if (shifts) fill_shifts(rows, build, e, shift, words, record);
-      if (idle) fill_idle(rows, build, i, node, shift, words, mask, record);
-      record += words;
+      kith_packed_extract(record.node, record.words, hit, rows->node + e);
+      if (rows->shift != NULL) fill_shifts(rows, build, e, &record, hit);
+      if (record.idle != NULL) fill_idle(rows, build, i, &record, hit);
+      hit += record.words;
     }
+    word = hit; /* the next record follows the bits of the last target */
   }
 }
 
