@@ -20,6 +20,8 @@
 typedef int32_t kith_index; /* a node of this process: internal or ghost */
 /* Loops over fewer nodes than this stay on one thread: waking the others costs more than they save. */
 enum { KITH_FEW = 1000 };
+/* The same for loops that only copy or compare a number or two of each node. */
+enum { KITH_FEW_COPIES = 8192 };
 /* The first index of part `part` where 0 .. n - 1 is divided into `parts` equal parts. */
 static inline kith_index kith_part_start(kith_index n, int part, int parts) {
   return (kith_index)((int64_t)n * part / parts);

@@ -38,11 +38,11 @@ kith_status kith_sfc_key_sort(size_t n, const uint64_t *key, const int64_t *tie,
     return KITH_OK;
   }
   struct kith_keyed *item = scratch, *spare = scratch + n;
-#pragma omp parallel for schedule(static) if (n > 4096)
+#pragma omp parallel for schedule(static) if (n > KITH_FEW_COPIES)
   for (size_t i = 0; i < n; ++i) item[i] = (struct kith_keyed){key[i], (kith_index)i};
   KITH_TRY(kith_keyed_sort(item, spare, n));
   if (tie != NULL) KITH_TRY(sort_ties(n, tie, item, spare));
-#pragma omp parallel for schedule(static) if (n > 4096)
+#pragma omp parallel for schedule(static) if (n > KITH_FEW_COPIES)
   for (size_t i = 0; i < n; ++i) order[i] = item[i].node;
   return KITH_OK;
 }

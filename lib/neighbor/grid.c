@@ -192,7 +192,7 @@ static kith_status grid_update(struct kith_search *search) {
   const size_t n = (size_t)search->n;
   KITH_TRY(kith_keyed_grow(grid->item, &grid->items_capacity, n));
   choose_frame(search);
-#pragma omp parallel for schedule(static) if (search->n > 10000)
+#pragma omp parallel for schedule(static) if (search->n > KITH_FEW_COPIES)
   for (kith_index i = 0; i < search->n; ++i) grid->item[0][i] = (struct kith_keyed){key_of(search, i), i};
   KITH_TRY(kith_keyed_sort(grid->item[0], grid->item[1], n));
   return take_order(search);

@@ -279,9 +279,10 @@ size_t kith_search_bytes(const struct kith_search *search) {
 struct kith_box kith_box_around(const double *x, kith_index n) {
   struct kith_box box = kith_box_empty();
   double *least = box.lower, *most = box.upper;
-#pragma omp parallel for schedule(static) reduction(min                           \
-                                                    : least[:NDIM]) reduction(max \
-                                                                              : most[:NDIM]) if (n > 10000)
+#pragma omp parallel for schedule(static) reduction(min             \
+                                                    : least[:NDIM]) \
+    reduction(max                                                   \
+              : most[:NDIM]) if (n > KITH_FEW_COPIES)
   for (kith_index i = 0; i < n; ++i)
     for (int a = 0; a < NDIM; ++a) {
       const double v = x[(size_t)i * NDIM + a];
@@ -293,7 +294,7 @@ struct kith_box kith_box_around(const double *x, kith_index n) {
 double kith_search_largest_radius(const struct kith_search *search) {
   const double *radius = search->radius->f64;
   double largest = 0;
-#pragma omp parallel for schedule(static) reduction(max : largest) if (search->n > 10000)
+#pragma omp parallel for schedule(static) reduction(max : largest) if (search->n > KITH_FEW_COPIES)
   for (kith_index i = 0; i < search->n; ++i) largest = KITH_MAX(largest, radius[i]);
   return largest;
 }
@@ -314,7 +315,7 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 /* For members. */
 
 void kith_search_pack(struct kith_search *search, kith_index first, kith_index count) {
-#pragma omp parallel for schedule(static) if (count > 10000)
+#pragma omp parallel for schedule(static) if (count > KITH_FEW_COPIES)
   for (kith_index slot = first; slot < first + count; ++slot) kith_search_pack_slot(search, slot);
 }
 

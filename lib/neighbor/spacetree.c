@@ -134,7 +134,7 @@ static inline kith_index slot_of(const struct kith_search *search, kith_index it
 static kith_status sort_all(struct kith_search *search, kith_index first) {
   struct kith_spacetree *tree = search->self;
   if (first == search->n) return KITH_OK;
-#pragma omp parallel for schedule(static) if (search->n > 10000)
+#pragma omp parallel for schedule(static) if (search->n > KITH_FEW_COPIES)
   for (kith_index i = first; i < search->n; ++i)
     tree->item[0][i] = (struct kith_keyed){item_key(search, i), i};
   return kith_keyed_sort(tree->item[0] + first, tree->item[1] + first, (size_t)(search->n - first));

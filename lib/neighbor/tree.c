@@ -30,7 +30,6 @@ enum {
   WIDTH = 8,   /* cells of an octet */
   BATCH = 32,  /* octets tested before their children are visited */
   MESSY = 6,   /* slots are sorted if more than n / MESSY steps go back along the curve */
-  MANY = 8192, /* elements: for fewer, waking threads costs more than they save */
   KEPT = 8,    /* updates that keep the leaves of internal nodes before these are cut again */
   DEEPEST = 32 /* levels, most: each has at most half of the cells of the one below it */
 };
@@ -149,7 +148,7 @@ static inline bool is_cut(const uint16_t *rank, kith_index n, kith_index i, kith
 /* Cuts n elements, at least one, into ranges of at most `most`; returns their number. */
 static kith_index cut_ranges(struct tree *tree, kith_index n, kith_index most) {
   kith_index ranges = 1;
-#pragma omp parallel for schedule(static) reduction(+ : ranges) if (n > MANY)
+#pragma omp parallel for schedule(static) reduction(+ : ranges) if (n > KITH_FEW_COPIES)
   for (kith_index i = 0; i < n - 1; ++i) ranges += tree->cut[i] = is_cut(tree->rank, n, i, most);
   tree->cut[n - 1] = 1;
   if (most == BUCKET || n == 1 || ranges <= (n + 1) / 2) return ranges;
@@ -177,7 +176,7 @@ static kith_status reserve_scratch(const struct kith_search *search, kith_index 
 
 /* Leaves of slots begin .. begin + n - 1. */
 static kith_status cut_leaves(struct tree *tree, kith_index begin, kith_index n, kith_index *leaves) {
-#pragma omp parallel for schedule(static) if (n > MANY)
+#pragma omp parallel for schedule(static) if (n > KITH_FEW_COPIES)
   for (kith_index i = 0; i < n - 1; ++i) tree->rank[i] = rank_of(tree->key, i);
   *leaves = cut_ranges(tree, n, BUCKET);
   const size_t old_n = (size_t)tree->n_leaves, new_n = old_n + (size_t)*leaves + 1;

@@ -76,10 +76,8 @@ static void refresh_block(const struct kith_ghost_block *block, struct kith_fiel
   for (int f = 0; f < n_fields; ++f) refresh_part(fields[f], block, begin, end);
 }
 
-enum { WORTH_A_TEAM = 4096 }; /* values: for fewer, waking the threads costs more than the copies */
-
 void kith_nodes_refresh_images(struct kith_nodes *nodes, struct kith_field *const *fields, int n_fields) {
-#pragma omp parallel if ((int64_t)nodes->n_ghost * n_fields >= WORTH_A_TEAM)
+#pragma omp parallel if ((int64_t)nodes->n_ghost * n_fields > KITH_FEW_COPIES)
   for (int b = 0; b < nodes->n_blocks; ++b) {
     if (nodes->blocks[b].kind == KITH_GHOST_IMAGE) refresh_block(&nodes->blocks[b], fields, n_fields);
 #pragma omp barrier /* a later block may have its control nodes in this one */
@@ -140,7 +138,7 @@ kith_status kith_nodes_add_ghosts(struct kith_nodes *nodes, const struct kith_gh
   if (fresh.kind == KITH_GHOST_IMAGE) {
     struct kith_field *fields[KITH_MAX_FIELDS];
     const int n_fields = kith_nodes_ghost_fields(nodes, fields);
-#pragma omp parallel if ((int64_t)fresh.count * n_fields >= WORTH_A_TEAM)
+#pragma omp parallel if ((int64_t)fresh.count * n_fields > KITH_FEW_COPIES)
     refresh_block(&fresh, fields, n_fields);
     return KITH_OK;
   }

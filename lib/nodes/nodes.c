@@ -266,7 +266,7 @@ kith_status kith_nodes_append(struct kith_nodes *nodes, int list, kith_index cou
   const kith_index at = nodes->lists[list].first + nodes->lists[list].count;
   if (first != NULL) *first = at;
   if (count == 0) return KITH_OK;
-#pragma omp parallel for schedule(static) if (nodes->n_internal - at + count > 4096)
+#pragma omp parallel for schedule(static) if (nodes->n_internal - at + count > KITH_FEW_COPIES)
   for (int f = 0; f < nodes->n_fields; ++f) open_hole(nodes->fields[f], nodes->n_internal, at, count);
   for (kith_index i = at; i < at + count; ++i) {
     nodes->id->i64[i] = -1;

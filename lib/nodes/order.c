@@ -29,7 +29,7 @@ static void gather_sized(void *to, const void *from, const kith_index *order, ki
 /* Moves node from[k] to index k for begin <= k < end in all fields; `from` ascends. In place: threads share
  * out the fields. */
 static void compact(struct kith_nodes *nodes, const kith_index *from, kith_index begin, kith_index end) {
-#pragma omp parallel for schedule(dynamic) if (end - begin > 4096)
+#pragma omp parallel for schedule(dynamic) if (end - begin > KITH_FEW_COPIES)
   for (int f = 0; f < nodes->n_fields; ++f) {
     struct kith_field *field = nodes->fields[f];
     if (begin >= nodes->n_internal && kith_field_is_own(field)) continue;
@@ -120,7 +120,7 @@ static void keep_controls(const struct kith_nodes *nodes, uint8_t *keep) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
     if (block->control == NULL) continue;
     const uint8_t *kept = keep + (block->first - nodes->n_internal);
-#pragma omp parallel for schedule(static) if (block->count > 4096)
+#pragma omp parallel for schedule(static) if (block->count > KITH_FEW_COPIES)
     for (kith_index k = 0; k < block->count; ++k) {
       if (!kept[k] || block->control[k] < nodes->n_internal) continue;
 #pragma omp atomic write
@@ -157,7 +157,7 @@ kith_status kith_nodes_cull_ghosts(struct kith_nodes *nodes, uint8_t *keep, kith
   kith_index *from;
   KITH_TRY(kith_nodes_work(nodes, (size_t)n * sizeof *from, &from));
   keep_controls(nodes, keep);
-#pragma omp parallel for schedule(static) if (internal > 4096)
+#pragma omp parallel for schedule(static) if (internal > KITH_FEW_COPIES)
   for (kith_index i = 0; i < internal; ++i) renumber[i] = i;
   kith_index kept = internal;
   for (kith_index i = internal; i < n; ++i) {
