@@ -20,6 +20,14 @@ static bool next(const char **choices, const char **word, int *length) {
   return *length > 0;
 }
 
+bool kith_next_word(const char **words, const char **word, size_t *length) {
+  if (*words == NULL) return false;
+  *word = *words;
+  *length = strcspn(*word, "|");
+  *words = (*word)[*length] == '|' ? *word + *length + 1 : NULL;
+  return true;
+}
+
 bool kith_name_is(const char *name, const char *text, size_t length) {
   for (size_t k = 0; k < length; ++k)
     if (name[k] == '\0' || shown(name[k]) != shown(text[k])) return false;

@@ -11,6 +11,9 @@
  * "|cubic|bcc|fcc" and so on. */
 #define KITH_AS_LISTED_CHOICE(name, word, doc) "|" #word
 
+/* Takes the next of the words that are joined by '|' in *words: it may be empty, or have blanks around it.
+ * false if there is none left. *words moves behind it, and is NULL behind the last one. */
+bool kith_next_word(const char **words, const char **word, size_t *length);
 /* Are the first `length` letters of `text` the whole of `name`? */
 bool kith_name_is(const char *name, const char *text, size_t length);
 /* Position of a choice, or -1. */

@@ -124,15 +124,15 @@ static char *split_name(char *text, char **name) {
 /* "displacement | entity-change", "padded:width=64". */
 static kith_status find_members(kith_family *family, const char *text) {
   char part[LONGEST], *name;
+  const char *word;
+  size_t length;
   int member;
-  for (const char *p = text;; ++p) {
-    const size_t length = strcspn(p, "|");
-    snprintf(part, sizeof part, "%.*s", (int)length, p);
+  while (kith_next_word(&text, &word, &length)) {
+    snprintf(part, sizeof part, "%.*s", (int)length, word);
     split_name(part, &name);
     KITH_TRY(find_member(family, name, &member));
-    p += length;
-    if (*p == '\0') return KITH_OK;
   }
+  return KITH_OK;
 }
 
 static kith_status parse_name(const struct kith_param *param, const char *text, void *into) {

@@ -44,12 +44,11 @@ static kith_status add(struct kith_excluders *out, const char *text, size_t leng
 
 kith_status kith_excluders_create(struct kith_excluders *out, const char *words) {
   kith_status status = KITH_OK;
+  const char *word;
+  size_t length;
   *out = (struct kith_excluders){0};
-  for (bool last = words[0] == '\0'; !last && status == KITH_OK; words += strcspn(words, "|") + 1) {
-    const size_t length = strcspn(words, "|");
-    last = words[length] == '\0';
-    status = add(out, words, length);
-  }
+  if (words[0] == '\0') return KITH_OK;
+  while (status == KITH_OK && kith_next_word(&words, &word, &length)) status = add(out, word, length);
   if (status != KITH_OK) kith_excluders_clear(out);
   return status;
 }

@@ -34,13 +34,11 @@ static kith_status add_policy(struct kith_rebuilds *out, const char *text, size_
 
 kith_status kith_rebuilds_create(struct kith_rebuilds *out, const char *words, const double *period) {
   kith_status status = KITH_OK;
+  const char *word;
+  size_t length;
   *out = (struct kith_rebuilds){0};
   for (int a = 0; a < NDIM; ++a) out->cover.period[a] = period != NULL ? period[a] : 0;
-  for (bool last = false; !last && status == KITH_OK; words += strcspn(words, "|") + 1) {
-    const size_t length = strcspn(words, "|");
-    last = words[length] == '\0';
-    status = add_policy(out, words, length);
-  }
+  while (status == KITH_OK && kith_next_word(&words, &word, &length)) status = add_policy(out, word, length);
   if (status != KITH_OK)
     kith_rebuilds_clear(out);
   else
