@@ -248,11 +248,11 @@ static kith_status exclude(struct kith_worker *worker, const struct kith_build *
 }
 
 /* Makes room for `more` words. If there is too little, the chunk gets as much as it will need in all if the
- * rest is like the first `done` of its `all` groups. */
-static kith_status reserve_chunk(struct kith_words *chunk, size_t more, int done, int all) {
+ * groups that are left are like those of which it has the part `done` now. */
+static kith_status reserve_chunk(struct kith_words *chunk, size_t more, double done) {
   const size_t need = chunk->n + more;
   if (need <= chunk->capacity) return KITH_OK;
-  const size_t whole = (size_t)((double)need / done * all * 1.06);
+  const size_t whole = (size_t)((double)need / done * 1.06);
   const size_t capacity = KITH_MAX(whole, need + need / 16);
   uint64_t *fresh = NULL;
   KITH_TRY(kith_resize(&fresh, 0, capacity, sizeof *fresh));
@@ -446,11 +446,11 @@ static void mark_wanted(const struct kith_packed *near, kith_index targets, cons
   }
 }
 
-/* Tests one group: appends its record to the chunk, and writes the length of row i to first[i + 1]. It is
- * group `done` of the `all` groups of the chunk. */
+/* Tests one group: appends its record to the chunk, and writes the length of row i to first[i + 1]. With it
+ * the part `done` of the groups of the chunk is tested. */
 static kith_status test_group(struct kith_worker *worker, const struct kith_build *build,
                               struct kith_words *chunk, struct kith_rows *rows, const struct group *group,
-                              int done, int all) {
+                              double done) {
   int self[GROUP_SLOTS];
   const bool idle = idle_near(build, group);
   if (serves_idle(build, group) && !idle) return KITH_OK;
@@ -458,7 +458,7 @@ static kith_status test_group(struct kith_worker *worker, const struct kith_buil
   if (idle) KITH_TRY(mark_idle(worker, build->nodes));
   const size_t n = (size_t)worker->near.n, words = (size_t)worker->near.words,
                all_words = kith_record_head(build, n, idle) + words * (size_t)group->targets;
-  KITH_TRY(reserve_chunk(chunk, all_words, done, all));
+  KITH_TRY(reserve_chunk(chunk, all_words, done));
   uint64_t *word = chunk->word + chunk->n;
   word[0] = (uint64_t)idle << 32 | n;
   word[1] = (uint64_t)group->run.first << 32 | (uint64_t)group->run.count;
@@ -498,11 +498,11 @@ static kith_status test_chunk(struct kith_worker *worker, const struct kith_buil
       const struct group next = group_of(build, group.first + from, to - from);
       if (next.targets == 0 || (open.targets > 0 && join(&open, &next))) continue;
       if (open.targets > 0)
-        KITH_TRY(test_group(worker, build, chunk, rows, &open, g + 1 - start, stop - start));
+        KITH_TRY(test_group(worker, build, chunk, rows, &open, (double)(g + 1 - start) / (stop - start)));
       open = next;
     }
   }
-  return open.targets > 0 ? test_group(worker, build, chunk, rows, &open, 1, 1) : KITH_OK;
+  return open.targets > 0 ? test_group(worker, build, chunk, rows, &open, 1) : KITH_OK;
 }
 
 /* Tests all chunks. A failure gets a new message: its own stays on its thread. */

@@ -43,7 +43,8 @@ kith_status kith_traverse_part(kith_index n, const struct kith_part *part, kith_
     const double start = kith_seconds();
     struct kith_scratch scratch = {.width = width};
     failed = kith_resize(&scratch.lane, 0, width * (size_t)lanes, sizeof(double)) != KITH_OK;
-    /* Runs of chunks: the neighbors of one are in the cache for the next. Active nodes may all be in one. */
+    /* A thread takes several chunks at a time, because the neighbors of one are in the cache for the next;
+     * but one at a time where only some nodes are active, because these may all be close together. */
     const kith_index run = part->activity == NULL ? KITH_MAX(1, chunks / (64 * omp_get_num_threads())) : 1;
 #pragma omp for schedule(dynamic, run) nowait
     for (kith_index c = 0; c < chunks; ++c) {
