@@ -34,7 +34,7 @@
 /* What packages and schemes require; OR them. Nothing is built that is not required. */
 struct kith_requirements {
   bool rows, pairs, ghost_rows, overlap, overlap_pairs, intersection;
-  bool on_segment; /* filter of the intersection; OR drops it if one requires all common nodes */
+  bool on_segment; /* only those common nodes that are beside the segment (build.h); OR: if none needs all */
 };
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b);
 
@@ -103,24 +103,26 @@ struct kith_coupling {
 kith_status kith_connectivity_couple(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                      const struct kith_coupling *by);
 
-/* STALE if it was made from other ghosts. (Positions may change while Verlet lists are kept: the rebuild
- * policy decides.) */
+/* STALE if it was made from other ghosts. Positions may have changed, because Verlet lists are kept for
+ * several steps: when they must be rebuilt is for the rebuild policy to decide. */
 kith_status kith_connectivity_fresh(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes);
-/* Once for each pass: STALE as above; UNSUPPORTED, by name, if something is not there that the pass is going
- * to read, e.g. rows of ghosts. */
+/* To be called once before each pass: STALE as above; UNSUPPORTED, by name, if the pass needs something that
+ * is not there, such as rows of ghosts. */
 kith_status kith_connectivity_provides(const struct kith_connectivity *connectivity,
                                        const struct kith_nodes *nodes, struct kith_requirements need);
-/* All invariants: sorted, in range, symmetric where stored, pairs = rows, of_row, lasting pairwise
- * fields, overlap_pairs, intersection; in canonical order pairs = rows alone. INTERNAL names the first
- * breach. Serial: a check, not a stage. (valid.c) */
+/* Checks all invariants: entries are in range, sorted, and symmetric where both rows are stored; pairs and
+ * of_row agree with the rows, overlap_pairs with the overlap; values of lasting pairwise fields are finite;
+ * an intersection holds the ends of its pair and common neighbors. In canonical order only pairs and
+ * overlap_pairs are checked. INTERNAL names the first breach. Serial: a check, not a stage. (valid.c) */
 kith_status kith_connectivity_valid(const struct kith_connectivity *connectivity,
                                     const struct kith_nodes *nodes);
 
-/* Are the rows what a sweep over the cells of the search finds (search.h)? Each node a target of one cell,
- * and as many interactions as its row is long, each once; not counted are distances that rounding may decide,
- * and rows of nodes that are not active. excluded: rows may lack what excluders reject. Before ghosts are
- * culled: STALE if the search is. INTERNAL names the first breach. Serial: a check. (valid.c) */
+/* Compares the rows with what a sweep over the cells of the search finds (search.h): each node must be a
+ * target of one cell, and have as many interactions as its row has entries, each once. Distances that
+ * rounding may decide do not count, nor do rows of nodes that are not active. excluded: rows may lack what
+ * excluders reject. To be called before ghosts are culled: STALE if the search is. INTERNAL names the first
+ * breach. Serial: a check, not a stage. (valid.c) */
 kith_status kith_connectivity_complete(const struct kith_connectivity *connectivity,
                                        const struct kith_search *search, bool excluded);
 
@@ -137,7 +139,7 @@ kith_status kith_connectivity_complete(const struct kith_connectivity *connectiv
 kith_status kith_connectivity_canonical(struct kith_connectivity *connectivity,
                                         const struct kith_nodes *nodes);
 
-/* Does the pair of entry e of row i start at i? */
+/* Does the pair of entry e of row i start at i, that is, is i its first end? */
 static inline bool kith_pair_starts(const struct kith_connectivity *connectivity, kith_index i, size_t e) {
   const struct kith_rows *rows = &connectivity->rows;
   const kith_index j = rows->node[e];
