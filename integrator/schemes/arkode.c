@@ -185,25 +185,21 @@ static double *accurate_dt(struct kith_integrator *it) {
 
 static kith_status advance(struct kith_integrator *it, double *dt) {
   struct arkode *a = it->self;
-  KITH_TRY(kith_stages_begin(it, &solver));
-  KITH_TRY(kith_stages_try(it, &solver, is_adaptive(it), dt));
+  KITH_TRY(kith_stages_begin(it));
+  KITH_TRY(kith_stages_try(it, is_adaptive(it), dt));
   set_accurate_dt(it);
   return a->table.ends ? KITH_OK : kith_stages_rates(it, *dt);
 }
 
 static kith_status create(struct kith_integrator *it) {
   const struct arkode_settings *settings = it->settings;
-  KITH_TRY(kith_stages_create(it, sizeof(struct arkode)));
+  KITH_TRY(kith_stages_create(it, sizeof(struct arkode), &solver));
   struct arkode *a = it->self;
   KITH_TRY(kith_table_read(&a->table, settings->table));
   if (is_adaptive(it) && a->table.embedded == 0)
     KITH_FAIL(BAD_INPUT, "table: it has no error estimate; give it scheme.adaptive=false");
   it->evaluations = a->table.evaluations;
   return KITH_OK;
-}
-
-static void destroy(struct kith_integrator *it) {
-  kith_stages_forget(it, &solver);
 }
 
 static size_t bytes(const struct kith_integrator *it) {
@@ -220,7 +216,7 @@ const struct kith_scheme_ops kith_scheme_arkode = {
     .evaluations = 3,
     .incompatible = KITH_NEEDS_RATES,
     .create = create,
-    .destroy = destroy,
+    .destroy = kith_stages_forget,
     .stages = true,
     .retries = true,
     .advance = advance,

@@ -103,9 +103,9 @@ static const struct kith_solver solver = {"KINSOL", KITH_LIMIT_convergence, set_
 static kith_status advance(struct kith_integrator *it, double *dt) {
   struct implicit *m = it->self;
   const struct implicit_settings *settings = it->settings;
-  KITH_TRY(kith_stages_begin(it, &solver));
+  KITH_TRY(kith_stages_begin(it));
   kith_stages_weights(it, &settings->tolerances, m->stages.vectors->view, m->vector[WEIGHTS]);
-  KITH_TRY(kith_stages_try(it, &solver, it->fixed_dt <= 0, dt));
+  KITH_TRY(kith_stages_try(it, it->fixed_dt <= 0, dt));
   KITH_TRY(kith_stages_rates(it, *dt));
   kith_through_add(&it->hydro->through, *dt * (1 - theta(it)), &m->stages.through);
   kith_through_add(&it->hydro->through, *dt * theta(it), &it->flow.rate);
@@ -113,11 +113,7 @@ static kith_status advance(struct kith_integrator *it, double *dt) {
 }
 
 static kith_status create(struct kith_integrator *it) {
-  return kith_stages_create(it, sizeof(struct implicit));
-}
-
-static void destroy(struct kith_integrator *it) {
-  kith_stages_forget(it, &solver);
+  return kith_stages_create(it, sizeof(struct implicit), &solver);
 }
 
 static size_t bytes(const struct kith_integrator *it) {
@@ -134,7 +130,7 @@ const struct kith_scheme_ops kith_scheme_implicit = {
     .incompatible = KITH_NEEDS_RATES,
     .implicit = true,
     .create = create,
-    .destroy = destroy,
+    .destroy = kith_stages_forget,
     .stages = true,
     .retries = true,
     .advance = advance,

@@ -11,7 +11,7 @@ enum { MOST_HALVINGS = 10 };
 /* Fields that a repeated step starts from: the state, its rates, the sound speed, the growth of supports. */
 enum { POSITION, SUPPORT, VELOCITY, ENERGY, ACCELERATION, ENERGY_RATE, SOUND_SPEED, DIVERGENCE };
 
-kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
+kith_status kith_stages_create(struct kith_integrator *it, size_t size, const struct kith_solver *solver) {
   static const char *const names[] = {"stage_built_radius", "stage_built_support", "stage_built_x",
                                       "stage_built_y", "stage_built_z"};
   static const struct kith_field_spec start[KITH_START_FIELDS] = {
@@ -28,6 +28,7 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
       it->hydro->sound_speed,  it->package->velocity_divergence};
   KITH_TRY(kith_resize(&it->self, 0, 1, size));
   struct kith_stages *s = it->self;
+  s->solver = solver;
   memcpy(s->present, present, sizeof present);
   s->start[VELOCITY] = it->kick.velocity_base, s->start[ENERGY] = it->energy_base; /* all schemes have them */
   for (int k = 0; k < KITH_START_FIELDS; ++k)
@@ -35,22 +36,23 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size) {
   return kith_built_fields(&s->built, it->nodes, names, KITH_OWN_WORK);
 }
 
-void kith_stages_forget(struct kith_integrator *it, const struct kith_solver *solver) {
+void kith_stages_forget(struct kith_integrator *it) {
   struct kith_stages *s = it->self;
   if (s->vectors != NULL && s->vectors->lacking)
     s->memory = NULL; /* SUNDIALS cannot free what is incomplete */
-  solver->forget(it);
+  s->solver->forget(it);
   kith_vectors_destroy(&s->vectors);
 }
 
 /* Sets the solver up with stderr silenced: SUNDIALS takes an error handler only after it has made its memory.
  * It keeps the stream that it found until then and flushes it later, so this one is never closed. */
-static bool set_up_silently(struct kith_integrator *it, const struct kith_solver *solver) {
+static bool set_up_silently(struct kith_integrator *it) {
+  const struct kith_stages *s = it->self;
   static FILE *nowhere;
   FILE *const told = stderr;
   if (nowhere == NULL) nowhere = fopen("/dev/null", "w");
   if (nowhere != NULL) stderr = nowhere;
-  const bool ready = solver->set_up(it);
+  const bool ready = s->solver->set_up(it);
   stderr = told;
   return ready;
 }
@@ -63,34 +65,34 @@ size_t kith_stages_bytes(const struct kith_integrator *it, size_t size, int vect
 
 /* Makes vectors that view the fields, and a solver, for the present number of nodes, unless they fit: some
  * nodes may have migrated. */
-static kith_status fit(struct kith_integrator *it, const struct kith_solver *solver) {
+static kith_status fit(struct kith_integrator *it) {
   struct kith_stages *s = it->self;
   struct kith_field *const field[] = {it->nodes->position, it->hydro->velocity, it->hydro->energy};
   struct kith_vector_part part[KITH_VECTOR_PARTS];
   const bool fits =
       s->vectors != NULL && s->vectors->part[KITH_VECTOR_ENERGY].length == it->nodes->n_internal;
   if (!kith_ranks_any(it->nodes->ranks, !fits)) return KITH_OK;
-  kith_stages_forget(it, solver);
+  kith_stages_forget(it);
   for (int p = 0; p < KITH_VECTOR_PARTS; ++p)
     part[p] =
         (struct kith_vector_part){&field[p]->f64, (int64_t)it->nodes->n_internal * field[p]->components};
   KITH_TRY(kith_vectors_create(&s->vectors, it->nodes->ranks, KITH_VECTOR_PARTS, part));
-  const bool ready = set_up_silently(it, solver) && !s->vectors->lacking;
-  if (!ready) kith_stages_forget(it, solver);
+  const bool ready = set_up_silently(it) && !s->vectors->lacking;
+  if (!ready) kith_stages_forget(it);
   return kith_ranks_allreduce_status(
-      it->nodes->ranks, ready ? KITH_OK : kith_fail(KITH_NO_MEMORY, "%s cannot be set up", solver->name));
+      it->nodes->ranks, ready ? KITH_OK : kith_fail(KITH_NO_MEMORY, "%s cannot be set up", s->solver->name));
 }
 
-static kith_status attempt(struct kith_integrator *it, const struct kith_solver *solver, double *dt) {
+static kith_status attempt(struct kith_integrator *it, double *dt) {
   const struct kith_stages *s = it->self;
-  const kith_status status = solver->solve(it, dt);
-  if (s->vectors->lacking) KITH_FAIL(NO_MEMORY, "no memory for the vectors of %s", solver->name);
+  const kith_status status = s->solver->solve(it, dt);
+  if (s->vectors->lacking) KITH_FAIL(NO_MEMORY, "no memory for the vectors of %s", s->solver->name);
   return status;
 }
 
-kith_status kith_stages_begin(struct kith_integrator *it, const struct kith_solver *solver) {
+kith_status kith_stages_begin(struct kith_integrator *it) {
   struct kith_stages *s = it->self;
-  KITH_TRY(fit(it, solver));
+  KITH_TRY(fit(it));
   for (int k = 0; k < KITH_START_FIELDS; ++k) kith_field_copy(it->nodes, s->start[k], s->present[k]);
   kith_built_copy(it->nodes, &s->built, &it->built);
   s->through = it->flow.rate;
@@ -128,15 +130,15 @@ static kith_status restore(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-kith_status kith_stages_try(struct kith_integrator *it, const struct kith_solver *solver, bool shorter,
-                            double *dt) {
-  kith_status status = attempt(it, solver, dt);
+kith_status kith_stages_try(struct kith_integrator *it, bool shorter, double *dt) {
+  const struct kith_stages *s = it->self;
+  kith_status status = attempt(it, dt);
   for (int k = 0; k < MOST_HALVINGS && status == KITH_DIVERGED && shorter; ++k) {
     KITH_TRY(restore(it));
     *dt *= 0.5;
     it->ledger.rejected_steps += 1;
-    status = attempt(it, solver, dt);
-    it->limiter = solver->cut, it->limiting_node = -1;
+    status = attempt(it, dt);
+    it->limiter = s->solver->cut, it->limiting_node = -1;
   }
   return status;
 }

@@ -35,18 +35,6 @@ struct kith_tolerances {
 /* The state as a vector: position, velocity and energy of the internal nodes. */
 enum { KITH_VECTOR_POSITION, KITH_VECTOR_VELOCITY, KITH_VECTOR_ENERGY, KITH_VECTOR_PARTS };
 
-enum { KITH_START_FIELDS = 8 };
-/* The first member of a scheme's private state (integrator->self). */
-struct kith_stages {
-  struct kith_field *present[KITH_START_FIELDS], *start[KITH_START_FIELDS]; /* now; at the step's start */
-  struct kith_built built;                                                  /* at the start */
-  struct kith_through through;  /* what the gas gets from outside per time, at the start */
-  uint64_t lifecycles;          /* ledger.lifecycles at the start */
-  struct kith_vectors *vectors; /* for the present nodes; NULL: not made yet */
-  void *memory;                 /* of the solver */
-  kith_status status;           /* of the last rates */
-};
-
 /* A solver and how the scheme uses it. */
 struct kith_solver {
   const char *name;
@@ -59,17 +47,31 @@ struct kith_solver {
   kith_status (*solve)(struct kith_integrator *integrator, double *dt);
 };
 
-kith_status kith_stages_create(struct kith_integrator *integrator, size_t size);
-/* Frees solver and vectors. */
-void kith_stages_forget(struct kith_integrator *integrator, const struct kith_solver *solver);
+enum { KITH_START_FIELDS = 8 };
+/* The first member of a scheme's private state (integrator->self). */
+struct kith_stages {
+  const struct kith_solver *solver;
+  struct kith_field *present[KITH_START_FIELDS], *start[KITH_START_FIELDS]; /* now; at the step's start */
+  struct kith_built built;                                                  /* at the start */
+  struct kith_through through;  /* what the gas gets from outside per time, at the start */
+  uint64_t lifecycles;          /* ledger.lifecycles at the start */
+  struct kith_vectors *vectors; /* for the present nodes; NULL: not made yet */
+  void *memory;                 /* of the solver */
+  kith_status status;           /* of the last rates */
+};
+
+/* Creates a private state of `size` bytes. */
+kith_status kith_stages_create(struct kith_integrator *integrator, size_t size,
+                               const struct kith_solver *solver);
+/* Frees solver and vectors: `destroy` of the scheme. */
+void kith_stages_forget(struct kith_integrator *integrator);
 /* Returns the memory of a private state of `size` bytes and its vectors: `vectors` of them as long as none
  * are made. */
 size_t kith_stages_bytes(const struct kith_integrator *integrator, size_t size, int vectors);
 /* See the top of this file. shorter: may steps that diverge be repeated, at most ten times? *dt: the step
  * wanted, then taken. Collective. */
-kith_status kith_stages_begin(struct kith_integrator *integrator, const struct kith_solver *solver);
-kith_status kith_stages_try(struct kith_integrator *integrator, const struct kith_solver *solver,
-                            bool shorter, double *dt);
+kith_status kith_stages_begin(struct kith_integrator *integrator);
+kith_status kith_stages_try(struct kith_integrator *integrator, bool shorter, double *dt);
 /* `time` is counted from the start of the step. */
 kith_status kith_stages_rates(struct kith_integrator *integrator, double time);
 kith_status kith_stages_again(struct kith_integrator *integrator);
