@@ -117,7 +117,4 @@ KITH_INLINE void mfm_one_point_part(enum kith_kernel kernel, double r, const dou
   for (int a = 0; a < NDIM; ++a) part[a] += central * g * d[a];
 }
 
-/* Computes the areas of the pairs of the graph (integrated.c). Collective. */
-kith_status mfm_faces_integrate(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
-
 #endif
