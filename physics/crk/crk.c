@@ -179,7 +179,7 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *between[10] = {hydro->pressure, hydro->sound_speed, m->a,     m->c,
                                     m->a_gradient,   m->c_gradient,      m->omega, m->change};
-  kith_balsara_factors(package, &settings->viscosity, &crk->viscosity);
+  kith_balsara_factors(package, &settings->viscosity, &crk->viscosity, 0, hydro->nodes->n_internal);
   return forces(package, connectivity, kick, kith_viscosity_exchanged(&crk->viscosity, 8, between), between);
 }
 

@@ -153,7 +153,7 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
   struct kith_field *between[4] = {m->matrix};
   int n = kith_viscosity_exchanged(&m->viscosity, 1, between);
   if (m->slope != NULL) between[n++] = m->slope;
-  kith_balsara_factors(package, &settings->viscosity, &m->viscosity);
+  kith_balsara_factors(package, &settings->viscosity, &m->viscosity, 0, hydro->nodes->n_internal);
   const struct magma2_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .dissipation = settings->pressure_dissipation};

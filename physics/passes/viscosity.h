@@ -166,15 +166,16 @@ static inline double kith_balsara(const struct kith_package *package,
   const double factor = sum > 0 ? (divergence + e) / sum : 1;
   return settings->balsara == KITH_BALSARA_SQUARED ? factor * factor : factor;
 }
-/* Sets the factors of all active nodes to Balsara's, if there are any. */
+/* Sets the factors of the active nodes among begin .. end - 1 to Balsara's, if there are any. */
 static inline void kith_balsara_factors(const struct kith_package *package,
                                         const struct kith_viscosity_settings *settings,
-                                        const struct kith_viscosity_fields *fields) {
+                                        const struct kith_viscosity_fields *fields, kith_index begin,
+                                        kith_index end) {
   const struct kith_nodes *nodes = package->hydro->nodes;
   if (fields->factor == NULL) return;
 #pragma omp parallel for schedule(static)
-  for (kith_index from = 0; from < nodes->n_internal; from += KITH_STRETCH) {
-    const kith_index stop = kith_stretch_end(nodes, from, nodes->n_internal);
+  for (kith_index from = begin; from < end; from += KITH_STRETCH) {
+    const kith_index stop = kith_stretch_end(nodes, from, end);
     for (kith_index i = from; i < stop; ++i)
       if (kith_node_active(nodes, i))
         fields->factor->f64[i] = kith_balsara(package, settings, fields->curl, i);

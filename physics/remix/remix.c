@@ -184,7 +184,7 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
   struct kith_field *between[8] = {hydro->sound_speed, remix->slope, m->a, m->c,
                                    m->a_gradient,      m->c_gradient};
   const int n = kith_viscosity_exchanged(&remix->viscosity, 6, between);
-  kith_balsara_factors(package, &settings->viscosity, &remix->viscosity);
+  kith_balsara_factors(package, &settings->viscosity, &remix->viscosity, 0, hydro->nodes->n_internal);
   const struct remix_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .kernel = kith_kernel_constant(package->kernel),

@@ -238,29 +238,23 @@ static double viscosity_switch(const struct kith_package *package, double dt, ki
   return wanted + (s - wanted) * exp(-0.1 * signal * dt / h);
 }
 
-/* Sets the factor of the viscosity of node i. */
-static void set_factor(struct kith_package *package, const struct kith_kick *kick, kith_index i) {
-  const struct sph *sph = package->self;
-  const struct kith_block_steps *b = kick->blocks;
-  const struct sph_settings *settings = package->settings;
-  const double dt = b != NULL ? b->tick * (b->now - b->last->f64[i]) : kick->evaluation_dt;
-  double factor = 1;
-  if (sph->viscosity_switch != NULL)
-    factor = sph->viscosity_switch->f64[i] = viscosity_switch(package, dt, i, sph->viscosity_switch->f64[i]);
-  sph->viscosity.factor->f64[i] =
-      factor * kith_balsara(package, &settings->viscosity, sph->viscosity.curl, i);
-}
-
-/* Sets the factors of the active nodes among begin .. end - 1. */
+/* Sets the factors of the viscosity of the active nodes among begin .. end - 1: Balsara's factor, times the
+ * switch if there is one. */
 static void set_factors(struct kith_package *package, const struct kith_kick *kick, kith_index begin,
                         kith_index end) {
   const struct kith_nodes *nodes = package->hydro->nodes;
-  if (((const struct sph *)package->self)->viscosity.factor == NULL) return;
+  const struct sph *sph = package->self;
+  const struct sph_settings *settings = package->settings;
+  const struct kith_block_steps *b = kick->blocks;
+  kith_balsara_factors(package, &settings->viscosity, &sph->viscosity, begin, end);
+  if (sph->viscosity_switch == NULL) return;
 #pragma omp parallel for schedule(static)
-  for (kith_index from = begin; from < end; from += KITH_STRETCH) {
-    const kith_index stop = kith_stretch_end(nodes, from, end);
-    for (kith_index i = from; i < stop; ++i)
-      if (kith_node_active(nodes, i)) set_factor(package, kick, i);
+  for (kith_index i = begin; i < end; ++i) {
+    if (!kith_node_active(nodes, i)) continue;
+    const double dt = b != NULL ? b->tick * (b->now - b->last->f64[i]) : kick->evaluation_dt;
+    double *const s = &sph->viscosity_switch->f64[i];
+    *s = viscosity_switch(package, dt, i, *s);
+    sph->viscosity.factor->f64[i] *= *s;
   }
 }
 
