@@ -64,8 +64,7 @@ struct kith_boundary_ops {
   bool mirrors;        /* an immovable mirror */
   bool wraps;          /* a node that leaves on one side comes back on the other: acts on both sides */
   bool one_side;       /* acts on one side, whose opposite side must be open */
-  bool keeps_lists;    /* enforced after steps, as that leaves lists valid; false: before rebuilds */
-  bool keeps_ghosts;   /* its ghosts are never culled */
+  bool keeps_lists;    /* lists stay valid when it is enforced: after steps, not before rebuilds only */
   bool enters, leaves; /* gas passes the face, from or to a zone of nodes behind it (flow.h) */
 };
 
@@ -170,8 +169,10 @@ bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struc
 const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boundaries);
 /* Moves all faces to their positions at this time. */
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
-/* Enforces the chosen boundaries: mirrors and pistons, which keep lists valid, and the others. */
-kith_status kith_boundaries_enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes,
-                                    bool mirrors, bool others);
+/* Put internal nodes back that have left the box: by mirrors and pistons, which may be done at any time as
+ * neighbor lists stay valid; by boundaries that wrap, after which lists have to be built again. DIVERGED as
+ * `enforce` of the ops. */
+kith_status kith_boundaries_mirror(struct kith_boundaries *boundaries, struct kith_nodes *nodes);
+kith_status kith_boundaries_wrap(struct kith_boundaries *boundaries, struct kith_nodes *nodes);
 
 #endif

@@ -80,5 +80,4 @@ const struct kith_boundary_ops kith_boundary_constant = {
     .ghosts = ghosts,
     .destroy = destroy,
     .held_nodes = held_nodes,
-    .keeps_ghosts = true,
 };

@@ -219,13 +219,13 @@ kith_status kith_flow_mirror(struct kith_integrator *it) {
   size_t capacity = 0;
   kith_status status = KITH_OK;
   if (!kith_external_force_acts(&hydro->external_force))
-    return kith_boundaries_enforce(it->boundaries, it->nodes, true, false);
+    return kith_boundaries_mirror(it->boundaries, it->nodes);
   for (kith_index i = 0; status == KITH_OK && i < it->nodes->n_internal; ++i) {
     if (!is_beyond(it, i)) continue;
     status = kith_grow(&node, &capacity, (size_t)n, (size_t)n + 1, sizeof *node);
     if (status == KITH_OK) add_potential(it, node[n++] = i, -1);
   }
-  if (status == KITH_OK) status = kith_boundaries_enforce(it->boundaries, it->nodes, true, false);
+  if (status == KITH_OK) status = kith_boundaries_mirror(it->boundaries, it->nodes);
   for (kith_index k = 0; status == KITH_OK && k < n; ++k) {
     const size_t at = (size_t)node[k] * NDIM;
     double *a = hydro->acceleration->f64 + at;

@@ -184,7 +184,7 @@ static kith_status tell_marks(void *integrator) {
   kith_connectivity_mark_ghosts(it->connectivity, nodes, it->scratch.keep);
   for (int b = 0; b < nodes->n_blocks; ++b) {
     const struct kith_ghost_block *block = &nodes->blocks[b];
-    if (it->boundaries->boundary[block->boundary]->ops->keeps_ghosts)
+    if (block->kind == KITH_GHOST_FROZEN)
       memset(it->scratch.keep + (block->first - nodes->n_internal), 1, (size_t)block->count);
   }
   if (nodes->n_ghost > 0) keep_few(it->hydro->halo, nodes, it->scratch.keep);
@@ -368,8 +368,7 @@ static kith_status migrate(struct kith_integrator *it, const struct reduced_valu
 static kith_status prepare(struct kith_integrator *it, struct reduced_values *reduced) {
   kith_status status = it->pending;
   it->pending = KITH_OK;
-  if (!it->holding && status == KITH_OK)
-    status = kith_boundaries_enforce(it->boundaries, it->nodes, false, true);
+  if (!it->holding && status == KITH_OK) status = kith_boundaries_wrap(it->boundaries, it->nodes);
   if (!it->holding && it->decomposition != NULL)
     status = kith_decomposition_assign(it->decomposition, it->nodes, status);
   kith_lifecycle_search_radii(it);

@@ -185,7 +185,8 @@ static kith_status copy_gas(struct run *run) {
   KITH_TRY(kith_nodes_copy(&run->gas, m->nodes, false));
   if (m->nodes->flag != NULL)
     KITH_TRY(kith_nodes_delete(run->gas, kith_nodes_field_named(run->gas, "flag")->u8));
-  return kith_boundaries_enforce(&m->boundaries, run->gas, true, true);
+  KITH_TRY(kith_boundaries_mirror(&m->boundaries, run->gas));
+  return kith_boundaries_wrap(&m->boundaries, run->gas);
 }
 
 /* Copies the nodes that are compared, if these are not all nodes: those behind the faces of inflows are left

@@ -436,6 +436,11 @@ static void check_far_out(void) {
 
 /* ---- enforcing ---- */
 
+static kith_status enforce(struct kith_boundaries *all, struct kith_nodes *nodes) {
+  KITH_TRY(kith_boundaries_mirror(all, nodes));
+  return kith_boundaries_wrap(all, nodes);
+}
+
 /* Nodes up to three lengths outside of the box, along the last axis: each ends inside, as the image that is
  * there; nodes that were inside stay. */
 static void check_enforce(const struct side *on, uint64_t *seed) {
@@ -456,7 +461,7 @@ static void check_enforce(const struct side *on, uint64_t *seed) {
   struct kith_boundary *boundary = all.boundary[0];
   boundary->settings = on->settings;
   const uint64_t generation = nodes->positions;
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, true));
+  CHECK_OK(enforce(&all, nodes));
   CHECK(nodes->positions == generation + 1);
   const struct words words = list_words(on, lower, upper, 3 * (upper - lower));
   for (int i = 0; i < N; ++i) {
@@ -473,19 +478,19 @@ static void check_enforce(const struct side *on, uint64_t *seed) {
     for (int a = 0; a < A; ++a)
       CHECK(nodes->position->f64[i * NDIM + a] == s.x[i][a] && v->f64[i * NDIM + a] == s.v[i][a]);
   }
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, true));
+  CHECK_OK(enforce(&all, nodes));
   CHECK(nodes->positions == generation + 1); /* nothing was left to do */
   nodes->position->f64[5 * NDIM + A] = NAN;
   nodes->position->f64[7 * NDIM + A] = on->at_lower ? lower - 0.1 : upper + 0.1;
-  CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, true, true));
+  CHECK_STATUS(KITH_DIVERGED, enforce(&all, nodes));
   CHECK(strstr(kith_failure(), "node 5") != NULL);
   nodes->position->f64[5 * NDIM + A] = 0;
   const uint64_t before = nodes->positions;
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, true));
+  CHECK_OK(enforce(&all, nodes));
   CHECK(nodes->positions == before); /* the other nodes have been put back */
   if (on->at_lower && on->at_upper) {
     boundary->lower = boundary->upper; /* faces that have met */
-    CHECK_STATUS(KITH_DIVERGED, kith_boundaries_enforce(&all, nodes, true, true));
+    CHECK_STATUS(KITH_DIVERGED, enforce(&all, nodes));
     CHECK(strstr(kith_failure(), "no room") != NULL);
   }
   kith_boundaries_clear(&all);
@@ -527,7 +532,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   CHECK_OK(kith_boundaries_add(&all, ops, 0, 0, 1, true, both));
   all.boundary[0]->settings = settings;
   CHECK_OK(kith_boundaries_ghosts(&all, empty, 1, NULL));
-  CHECK_OK(kith_boundaries_enforce(&all, empty, true, true));
+  CHECK_OK(enforce(&all, empty));
   CHECK(empty->n_ghost == 0 && empty->n_blocks == 0);
   CHECK_STATUS(ops->has_faces ? KITH_BAD_INPUT : KITH_OK,
                kith_boundaries_add(&all, ops, 0, 0, 1, true, both));

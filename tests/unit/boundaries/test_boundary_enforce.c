@@ -37,9 +37,9 @@ static double wrap_one(double x, double lower, double upper, kith_status wanted)
   nodes->position->f64[NDIM - 1] = x;
   const bool inside = x >= lower && x < upper;
   /* wrapping breaks neighbor lists, so it waits */
-  CHECK_OK(kith_boundaries_enforce(&all, nodes, true, false));
+  CHECK_OK(kith_boundaries_mirror(&all, nodes));
   const uint64_t generation = nodes->positions;
-  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true, true));
+  CHECK_STATUS(wanted, kith_boundaries_wrap(&all, nodes));
   const double y = nodes->position->f64[NDIM - 1];
   if (wanted == KITH_OK) {
     CHECK(nodes->positions == generation + !inside);
@@ -94,7 +94,7 @@ static struct mirrored mirror_one(double x, double lower, double upper, bool at_
   start->f64[axis] = (lower + upper) / 2;
   nodes->position->f64[NDIM + axis] = (lower + upper) / 2;
   /* reflecting keeps neighbor lists, so it may happen at any time */
-  CHECK_STATUS(wanted, kith_boundaries_enforce(&all, nodes, true, false));
+  CHECK_STATUS(wanted, kith_boundaries_mirror(&all, nodes));
   struct mirrored out = {.x = nodes->position->f64[axis]};
   memcpy(out.v, v->f64, sizeof out.v);
   const double sign = v->f64[axis] / NDIM;
