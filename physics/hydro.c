@@ -154,8 +154,7 @@ enum {
   ANGULAR_SCALE,
   MOMENTUM,
   ANGULAR = MOMENTUM + NDIM,
-  SUMS = ANGULAR + 3,
-  TURN = NDIM == 3 ? 0 : 4 - NDIM /* first component that a moment has in this dimension */
+  SUMS = ANGULAR + 3
 };
 
 enum { CHUNK = 128 }; /* nodes whose terms are summed together */
@@ -184,12 +183,6 @@ static inline double node_terms(const struct kith_hydro *hydro, kith_index i, do
   return v2 > 0 ? sqrt(v2) / hydro->sound_speed->f64[i] : 0;
 }
 
-/* Is the sum 0 in this dimension, or without an external force? */
-static inline bool is_zero(int sum, bool forced) {
-  return (sum == POTENTIAL && !forced) || (sum >= ANGULAR && sum < ANGULAR + TURN) ||
-         (sum == ANGULAR_SCALE && TURN == 3);
-}
-
 /* Adds the gas of a chunk to the sums; returns its largest |v| / c. */
 static double add_chunk(const struct kith_hydro *hydro, kith_index begin, kith_index end, bool forced,
                         struct kith_sum *sums) {
@@ -204,7 +197,7 @@ static double add_chunk(const struct kith_hydro *hydro, kith_index begin, kith_i
     ++n;
   }
   for (int k = 0; k < SUMS; ++k)
-    if (!is_zero(k, forced)) kith_sum_add_all(&sums[k], term[k], n);
+    if (forced || k != POTENTIAL) kith_sum_add_all(&sums[k], term[k], n);
   return fastest;
 }
 
