@@ -2,12 +2,6 @@
  * rest unequal pressures exchange heat, of which none is lost. */
 #include "tests/unit/scenario.h"
 
-static bool started(const struct scenario *s) {
-  const kith_status status = kith_simulation_start(s->simulation);
-  CHECK_OK(status);
-  return status == KITH_OK;
-}
-
 static const char box[] =
     "dimension: {1d: 1, 2d: 2, 3d: 3}\nresolution: {1d: 40, 2d: 16, 3d: 9}\n"
     "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\nboundaries: {x: open, y: open, z: open}\n"
@@ -22,7 +16,7 @@ static const double divergence = NDIM == 1 ? 0.3 : NDIM == 2 ? 0.8 : 1.8;
 static void check_work(void) {
   struct scenario s = {0};
   int inside = 0;
-  if (scenario_open(&s, box, "method.pressure_dissipation=0") && started(&s)) {
+  if (scenario_open(&s, box, "method.pressure_dissipation=0") && scenario_run(&s, 0)) {
     const struct kith_hydro *h = &s.simulation->hydro;
     for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i) {
       bool near = false;
@@ -43,7 +37,8 @@ static void check_work(void) {
 static void check_pressure_exchange(void) {
   struct scenario s = {0};
   double sum = 0, size = 0, product = 0;
-  if (scenario_open(&s, box, "regions.0.velocity=[0,0,0] regions.0.pressure=x<0.5?2:1") && started(&s)) {
+  if (scenario_open(&s, box, "regions.0.velocity=[0,0,0] regions.0.pressure=x<0.5?2:1") &&
+      scenario_run(&s, 0)) {
     const struct kith_hydro *h = &s.simulation->hydro;
     for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i) {
       const double heat = h->mass->f64[i] * h->energy_rate->f64[i];
