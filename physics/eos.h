@@ -22,7 +22,7 @@ struct kith_eos_ops {
    * negative. All values are finite, also outside of the range. */
   void (*state)(const void *settings, kith_index n, const double *density, const double *energy,
                 double *pressure, double *sound_speed);
-  /* Returns the specific energy that gives this pressure at this density. */
+  /* Returns the specific energy that gives this pressure at this density. NULL if barotropic. */
   double (*energy)(const void *settings, double density, double pressure);
   struct kith_power_law (*power_law)(const void *settings); /* NULL: no such law */
   /* Returns what is wrong with a state that it does not cover, or NULL. Without this function it covers
@@ -48,6 +48,11 @@ struct kith_material {
  * tension of 1e-12 of the modulus rho c^2 is round-off of a solid at rest, which keeps its sound speed. */
 void kith_material_state(const struct kith_material *material, kith_index n, const double *density,
                          const double *energy, double *pressure, double *sound_speed);
+/* Returns the specific energy that gives this pressure at this density; 0 for a barotropic material. */
+static inline double kith_material_energy(const struct kith_material *material, double density,
+                                          double pressure) {
+  return material->eos->barotropic ? 0 : material->eos->energy(material->settings, density, pressure);
+}
 /* Returns d(rho c^2) / dP along the isentrope: gamma of a power law, else by differences and within 1 to 20.
  * (gamma + 1) / 4 is how the speed of a weak shock grows with the particle velocity, and rho c^2 / gamma is
  * the pressure above that at which the material comes apart. */

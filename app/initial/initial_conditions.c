@@ -416,7 +416,7 @@ kith_status kith_initial_conditions_equilibrium(const struct kith_scene *scene, 
     const double pressure = wanted->f64[i];
     wanted->f64[i] = 0; /* a checkpoint with steps of nodes has this field, and a restart refuses NaN */
     if (isnan(pressure)) continue;
-    hydro->energy->f64[i] = material->eos->energy(material->settings, hydro->density->f64[i], pressure);
+    hydro->energy->f64[i] = kith_material_energy(material, hydro->density->f64[i], pressure);
   }
   return kith_deposits_add(scene, hydro, 0);
 }

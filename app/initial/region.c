@@ -127,7 +127,7 @@ kith_status kith_region_state(const struct kith_region *region, const struct kit
     KITH_TRY(value_of(region, region->energy, "energy", x, &state->energy));
   } else {
     KITH_TRY(value_of(region, region->pressure, "pressure", x, &state->pressure));
-    state->energy = material->eos->energy(material->settings, state->density, state->pressure);
+    state->energy = kith_material_energy(material, state->density, state->pressure);
     if (state->pressure < 0 && tears(material, state)) return refuse(region, "pressure", state->pressure, x);
     if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
       return refuse(region, "pressure is not what its eos has at this density: it", state->pressure, x);

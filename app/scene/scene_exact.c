@@ -43,7 +43,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
             : kith_material_pressure(m, out.region[r].density, kith_expression_constant(region->energy));
     out.region[r].energy = region->energy != NULL
                                ? kith_expression_constant(region->energy)
-                               : m->eos->energy(m->settings, out.region[r].density, out.region[r].pressure);
+                               : kith_material_energy(m, out.region[r].density, out.region[r].pressure);
     for (int a = 0; a < NDIM; ++a) {
       out.region[r].velocity[a] =
           region->velocity[a] != NULL ? kith_expression_constant(region->velocity[a]) : 0;

@@ -90,7 +90,7 @@ static kith_status check_state(const struct kith_scene *scene, const struct kith
   const double density = kith_expression_constant(region->density),
                p = kith_expression_constant(region->pressure);
   const double u =
-      energy != NULL ? kith_expression_constant(region->energy) : m->eos->energy(m->settings, density, p);
+      energy != NULL ? kith_expression_constant(region->energy) : kith_material_energy(m, density, p);
   const double damage = kith_expression_constant(region->damage);
   if (damage < 0 || damage > 1)
     return kith_config_fail(kith_config_child(node, "damage"), NULL, "%g is out of range [0, 1]", damage);

@@ -19,12 +19,6 @@ static void state(const void *settings, kith_index n, const double *density, con
   }
 }
 
-/* Returns 0: the pressure does not depend on the energy. */
-static double energy_of(const void *settings, double density, double pressure) {
-  (void)settings, (void)density, (void)pressure;
-  return 0;
-}
-
 static struct kith_power_law power_law(const void *settings) {
   (void)settings;
   return (struct kith_power_law){1, 0};
@@ -34,6 +28,5 @@ const struct kith_eos_ops kith_eos_isothermal = {.name = "isothermal",
                                                  .doc = "isothermal gas: P = c0^2 rho",
                                                  KITH_SETTINGS(params, isothermal),
                                                  .state = state,
-                                                 .energy = energy_of,
                                                  .power_law = power_law,
                                                  .barotropic = true};

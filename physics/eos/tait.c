@@ -29,12 +29,6 @@ static void state(const void *settings, kith_index n, const double *density, con
   }
 }
 
-/* Returns 0: the pressure does not depend on the energy. */
-static double energy_of(const void *settings, double density, double pressure) {
-  (void)settings, (void)density, (void)pressure;
-  return 0;
-}
-
 static struct kith_power_law power_law(const void *settings) {
   const struct tait *p = settings;
   return (struct kith_power_law){p->exponent,
@@ -46,6 +40,5 @@ const struct kith_eos_ops kith_eos_tait = {
     .doc = "liquid or solid: P = P0 + rho0 c0^2 / n ((rho / rho0)^n - 1)",
     KITH_SETTINGS(params, tait),
     .state = state,
-    .energy = energy_of,
     .power_law = power_law,
     .barotropic = true};
