@@ -14,12 +14,11 @@ struct line {
   double slack;
 };
 
-/* Nodes that get a ghost by image -n (side 0) or n (side 1), ascending: count[side][c] of them in chunk c,
- * from node[side][c * CHUNK] on. One block of memory, at node[0] (kith_nodes_work). */
+/* Nodes that get a ghost by one image, ascending: count[c] of them in chunk c, from node[c * CHUNK] on. */
 struct hits {
   kith_index n, chunks; /* present nodes; chunks of them */
-  kith_index *node[2];  /* [n] */
-  kith_index *count[2]; /* [chunks] */
+  kith_index *node;     /* [n], in the memory of kith_nodes_work */
+  kith_index *count;    /* [chunks], behind them */
 };
 
 /* Skips a share if its bounding box shows that none of its nodes raises a maximum. */
@@ -121,36 +120,32 @@ static bool may_pass(const struct line *line, const struct test *test, const str
   return false;
 }
 
-/* Finds the nodes that need image -n or n, in one sweep since memory limits the speed. */
+/* Finds the nodes that need image n. */
 static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n,
                       const struct hits *hits) {
   const double *restrict x = nodes->position->f64 + line->boundary->axis;
   const double *restrict radius = nodes->search_radius->f64;
-  const struct test below = test_of(line, -n), above = test_of(line, n);
+  const struct test test = test_of(line, n);
   const double factor = line->factor;
 #pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, hits->n);
-    kith_index *restrict low = hits->node[0] + begin, *restrict high = hits->node[1] + begin;
-    kith_index lows = 0, highs = 0;
-    const bool near = may_pass(line, &below, nodes, begin, end) || may_pass(line, &above, nodes, begin, end);
+    const bool near = may_pass(line, &test, nodes, begin, end);
+    kith_index *restrict hit = hits->node + begin, count = 0;
     for (kith_index i = begin; near && i < end; ++i) { /* no branch: i is kept if it passes */
-      const double xi = x[(size_t)i * NDIM], r = factor * radius[i];
-      low[lows] = high[highs] = i;
-      lows += passes(&below, xi, r);
-      highs += passes(&above, xi, r);
+      hit[count] = i;
+      count += passes(&test, x[(size_t)i * NDIM], factor * radius[i]);
     }
-    hits->count[0][c] = lows;
-    hits->count[1][c] = highs;
+    hits->count[c] = count;
   }
 }
 
 /* Copies the hits of one list to `control` (NULL: only counts them), ascending; returns their number. */
-static kith_index hits_of_list(const struct hits *hits, int side, const uint8_t *list_of, int list,
+static kith_index hits_of_list(const struct hits *hits, const uint8_t *list_of, int list,
                                kith_index *control) {
   kith_index n = 0;
   for (kith_index c = 0; c < hits->chunks; ++c) {
-    const kith_index *hit = hits->node[side] + (size_t)c * CHUNK, *end = hit + hits->count[side][c];
+    const kith_index *hit = hits->node + (size_t)c * CHUNK, *end = hit + hits->count[c];
     for (; hit < end; ++hit) {
       if (list_of[*hit] != list) continue;
       if (control != NULL) control[n] = *hit;
@@ -160,9 +155,11 @@ static kith_index hits_of_list(const struct hits *hits, int side, const uint8_t 
   return n;
 }
 
+/* Appends the ghosts by image n, a block for each list. */
 static kith_status add_image(const struct line *line, struct kith_nodes *nodes, int n,
                              const struct hits *hits) {
   if (!is_needed(line, n)) return KITH_OK;
+  find_hits(line, nodes, n, hits);
   const int axis = line->boundary->axis;
   struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .boundary = line->boundary->index};
   for (int a = 0; a < NDIM; ++a) block.image.sign[a] = 1, block.image.shift[a] = 0;
@@ -174,9 +171,9 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
     block.list = list;
     block.control = NULL;
     const kith_index first = kith_nodes_count(nodes);
-    block.count = hits_of_list(hits, n > 0, nodes->list->u8, list, NULL);
+    block.count = hits_of_list(hits, nodes->list->u8, list, NULL);
     KITH_TRY(kith_resize(&block.control, 0, (size_t)block.count, sizeof *block.control));
-    hits_of_list(hits, n > 0, nodes->list->u8, list, block.control);
+    hits_of_list(hits, nodes->list->u8, list, block.control);
     KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
     for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
       nodes->image->i64[first + k] += n * kith_image_code(axis);
@@ -184,14 +181,13 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   return KITH_OK;
 }
 
+/* Nodes are those that were present when the axis was begun: an image is no image of an image. */
 static kith_status add_images(const struct line *line, struct kith_nodes *nodes) {
   const size_t n_nodes = (size_t)kith_nodes_count(nodes), chunks = (n_nodes + CHUNK - 1) / CHUNK;
   struct hits hits = {.n = (kith_index)n_nodes, .chunks = (kith_index)chunks};
-  KITH_TRY(kith_nodes_work(nodes, 2 * (n_nodes + chunks) * sizeof **hits.node, &hits.node[0]));
-  hits.node[1] = hits.node[0] + n_nodes;
-  hits.count[0] = hits.node[1] + n_nodes, hits.count[1] = hits.count[0] + chunks;
+  KITH_TRY(kith_nodes_work(nodes, (n_nodes + chunks) * sizeof *hits.node, &hits.node));
+  hits.count = hits.node + n_nodes;
   for (int n = 1; !is_side_done(line, -n) || !is_side_done(line, n); ++n) {
-    find_hits(line, nodes, n, &hits);
     KITH_TRY(add_image(line, nodes, -n, &hits));
     KITH_TRY(add_image(line, nodes, n, &hits));
   }
