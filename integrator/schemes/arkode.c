@@ -28,9 +28,18 @@ static const struct kith_param params[] = {
     KITH_TOLERANCE_PARAMS(struct arkode_settings),
     {0}};
 
+enum { MOST_STAGES = 13 };
+struct table {
+  int stages;
+  bool estimates;  /* it has an embedded scheme, which estimates the error */
+  int evaluations; /* of the rates per step: the first stage reuses those of the end of the last step */
+  bool ends;       /* the state of its last stage is that of the end of the step */
+  double weight[MOST_STAGES]; /* of the rates of the stages */
+};
+
 struct arkode {
   struct kith_stages stages; /* memory: of ERKStep */
-  struct kith_table table;
+  struct table table;
   /* Of the present attempt: number of stages whose rates ERKStep has, what the gas gets from outside by these
    * per time, and whether the end of the step is reached. */
   int stage;
@@ -41,10 +50,10 @@ struct arkode {
   double accurate_dt; /* next step that the last error estimate allows; 0: no estimate */
 };
 
-kith_status kith_table_read(struct kith_table *table, int row) {
+static kith_status read_table(struct table *table, int row) {
   ARKodeButcherTable t = ARKodeButcherTable_LoadERK(table_ids[row]);
   if (t == NULL) KITH_FAIL(NO_MEMORY, "no memory for a Runge-Kutta table");
-  *table = (struct kith_table){.stages = t->stages, .order = t->q, .embedded = t->p, .ends = true};
+  *table = (struct table){.stages = t->stages, .estimates = t->p > 0, .ends = true};
   for (int k = 0; k < t->stages; ++k) {
     table->ends = table->ends && t->b[k] == t->A[t->stages - 1][k];
     table->weight[k] = t->b[k];
@@ -195,8 +204,8 @@ static kith_status create(struct kith_integrator *it) {
   const struct arkode_settings *settings = it->settings;
   KITH_TRY(kith_stages_create(it, sizeof(struct arkode), &solver));
   struct arkode *a = it->self;
-  KITH_TRY(kith_table_read(&a->table, settings->table));
-  if (is_adaptive(it) && a->table.embedded == 0)
+  KITH_TRY(read_table(&a->table, settings->table));
+  if (is_adaptive(it) && !a->table.estimates)
     KITH_FAIL(BAD_INPUT, "table: it has no error estimate; give it scheme.adaptive=false");
   it->evaluations = a->table.evaluations;
   return KITH_OK;

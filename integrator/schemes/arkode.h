@@ -1,8 +1,6 @@
-/* arkode.h - the Runge-Kutta tables of scheme arkode (SUNDIALS' ERKStep). */
+/* arkode.h - the names of the Runge-Kutta tables of scheme arkode (SUNDIALS' ERKStep). */
 #ifndef KITH_INTEGRATOR_SCHEMES_ARKODE_H
 #define KITH_INTEGRATOR_SCHEMES_ARKODE_H
-
-#include "lib/core/base.h"
 
 /* Runge-Kutta tables of ARKODE: its constant without ARKODE_, word of the scene. */
 #define KITH_TABLE_LIST(X)                          \
@@ -21,14 +19,5 @@
   X(ARK548L2SAb_ERK_8_4_5, ark548l2sab_erk_8_4_5)   \
   X(VERNER_8_5_6, verner_8_5_6)                     \
   X(FEHLBERG_13_7_8, fehlberg_13_7_8)
-enum { KITH_MOST_STAGES = 13 };
-struct kith_table {
-  int stages, order, embedded; /* orders; embedded 0: no error estimate */
-  int evaluations; /* of the rates per step: the first stage reuses those of the end of the last step */
-  bool ends;       /* the state of its last stage is that of the end of the step */
-  double weight[KITH_MOST_STAGES]; /* of the rates of the stages */
-};
-/* Reads the table in this row of the list. */
-kith_status kith_table_read(struct kith_table *table, int row);
 
 #endif

@@ -4,7 +4,6 @@
  * tested by test_integrator.c, threads by test_lifecycle.c, restarts by test_restart.c. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
-#include "integrator/schemes/arkode.h"
 
 #define GAS "materials: {gas: {gamma: 1.6666666666666667}}\n"
 #define THERMAL "method: {energy: thermal, viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
@@ -407,22 +406,6 @@ static void refusals(void) {
           "--set scheme.table: it has no error estimate; give it scheme.adaptive=false");
 }
 
-/* The name of every table tells its stages, embedded order and order. */
-static void tables(void) {
-#define X(constant, word) #constant,
-  static const char *const names[] = {KITH_TABLE_LIST(X)};
-#undef X
-  struct kith_table table;
-  for (int k = 0; k < (int)(sizeof names / sizeof *names); ++k) {
-    int stages, p, q;
-    const char *tail = names[k] + strlen(names[k]);
-    CHECK_OK(kith_table_read(&table, k));
-    for (int bars = 0; bars < 3;) bars += *--tail == '_';
-    if (sscanf(tail, "_%d_%d_%d", &stages, &p, &q) != 3) continue; /* KNOTH_WOLKE_3_3 */
-    CHECK(table.stages == stages && table.embedded == p && table.order == q);
-  }
-}
-
 int main(void) {
   omp_set_num_threads(1);
   orders();
@@ -437,6 +420,5 @@ int main(void) {
   tolerances();
   without_energy();
   refusals();
-  tables();
   return check_failed();
 }
