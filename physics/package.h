@@ -8,9 +8,9 @@
  * A hydro package is a short sequence of passes (volume and density -> gradients -> pair force); between
  * passes it refreshes ghosts. The first pass (density.h) and the last (force.h: pair forces in both
  * traversals, energy) are shared by all hydro packages: each adds the passes between, and one function of a
- * pair. Added packages have the last pass only. A package is one file with its parameter table and one line
- * in package_list.h; tests/unit/physics/conformance_package.c or conformance_added.c covers it. A hydro
- * package reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed,
+ * pair. Added packages have the last pass only. A package is one file with its parameter table and one word
+ * in a list below; tests/unit/physics/conformance_package.c or conformance_added.c covers it. A hydro package
+ * reads position, velocity, energy, mass, support and fills support, density, pressure, sound speed,
  * acceleration and the rates.
  *
  * Energy, for every package. A pair with the force f_ij on i heats its ends by q_ij + q_ji = f_ij . (p_j -
@@ -35,7 +35,10 @@
 #include "physics/block_steps.h"
 #include "physics/hydro.h"
 #include "physics/kernel.h"
-#include "physics/package_list.h"
+
+/* Hydro packages, of which a run has one, and those added to it. */
+#define KITH_PACKAGE_LIST(X) X(sph) X(crk) X(mfm) X(magma2) X(remix)
+#define KITH_ADDED_PACKAGE_LIST(X) X(conduction) X(viscosity) X(coupling)
 
 struct kith_package;
 
@@ -102,10 +105,10 @@ struct kith_package_ops {
                           const struct kith_kick *kick);
   size_t (*bytes)(const struct kith_package *package);        /* owned by the private state; NULL: 0 */
   struct kith_package_traits (*traits)(const void *settings); /* NULL: all zero */
-  /* Defaults of a hydro package, by figures (app/manual/methods.md): node spacings in 2 sigma, 0: those of
-   * kith_kernel_neighbors; Courant number; the largest one with which noise in gas at rest dies out, 0: at
-   * 1.4 times `cfl` it does. */
-  double spacings, cfl, stable_cfl;
+  /* Defaults of a hydro package, chosen by the measurements in app/manual/methods.md. */
+  double spacings;   /* node spacings in 2 sigma; 0: those of kith_kernel_neighbors */
+  double cfl;        /* Courant number */
+  double stable_cfl; /* the largest with which noise in gas at rest dies out; 0: it does at 1.4 cfl, too */
   /* Fills f_couple (connectivity.h), by which every force and heat of a pair is multiplied, from pairs and
    * intersections that were just built, before culling. Only a package without `evaluate` has it. */
   kith_status (*couple)(struct kith_package *package, struct kith_connectivity *connectivity);
