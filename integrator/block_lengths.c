@@ -17,8 +17,8 @@ enum {
 static const double limit_factor = NDIM == 1 ? 1 : 1.2;
 static const double wake_factor = 1.2; /* a step is cut short only if it exceeds its limit by this factor */
 
-/* What just misses a step by round-off shall have it: nodes of gas at rest differ by that, and so do base
- * steps in a row, which are equal parts of one time. */
+/* A node whose limit falls short of a power of two by round-off alone takes that step: the limits of nodes of
+ * gas at rest differ by round-off, and so do successive base steps, which are equal parts of one time. */
 static const double round_off = 1e-9;
 
 /* Returns the largest power of two up to this many ticks, at most KITH_TICKS. */
@@ -186,8 +186,8 @@ static double neighbor_acceleration(const struct kith_integrator *it, kith_index
          (kith_pow_dim(support) * support * support);
 }
 
-/* Returns the length up to which the step of node i may grow if it swings (sph.c). A swing is stiff for a
- * part of its period only; with longer steps in between, swings do not die out. */
+/* Returns the length up to which the step of node i may grow if it swings (raise_signal_speeds in sph.c). A
+ * swing is stiff for a part of its period only; with longer steps in between, swings do not die out. */
 static double after_swing(const struct kith_integrator *it, kith_index i, double tick) {
   const struct kith_block_steps *s = &kith_blocks_of(it)->steps;
   const bool may_grow = s->tick == 0 || (s->ends && it->step % SELDOM == 0);

@@ -63,8 +63,8 @@ double kith_block_steps_planned(const struct kith_integrator *it) {
 /* --- a tick --- */
 
 /* Returns how far a node moves along an axis in a time `since` its last activity, by component k of v and
- * dv/dt then. The velocity is not w of block_steps.h: that has got half the impulse of a pair with a long
- * step at once, but what balances it may come in parts. */
+ * dv/dt then. The velocity is not w of physics/block_steps.h: w has got half of the impulse of a pair with a
+ * long step at once, while impulses that balance it may come in parts, by pairs with shorter steps. */
 static inline double displacement_of(const struct kith_integrator *it, size_t k, double since) {
   return since *
          (kith_blocks_of(it)->steps.velocity_last->f64[k] + 0.5 * since * it->hydro->acceleration->f64[k]);
@@ -132,8 +132,8 @@ static kith_status activate(struct kith_integrator *it) {
   return KITH_OK;
 }
 
-/* Are active nodes few, and has the search wasted less than a new one would cost? Then it may pay to search
- * only near them. */
+/* Are active nodes few, and have candidates that are no neighbors any more (count_wasted_candidates) cost
+ * less than a new search would? Then it may pay to search only near the active nodes. */
 static bool are_few(const struct kith_integrator *it) {
   const kith_index all = it->nodes->n_internal;
   return !kith_blocks_of(it)->steps.ends && it->near.n <= all / FEW &&
@@ -180,8 +180,8 @@ static kith_status predict_nodes(struct kith_integrator *it, bool first) {
   return KITH_OK;
 }
 
-/* Counts updates in the profile, by the length of the step that they end, and all longer steps before: the
- * profile shows counters in the order in which they come. */
+/* Counts updates in the profile, by the length of the step that they end. Longer steps that no node has are
+ * counted as 0, since the profile shows counters in the order of their first count. */
 static void count_levels(const struct kith_integrator *it) {
 #define OF(n) "updates, base step / " #n
   static const char *const name[] = {OF(1),      OF(2),      OF(4),      OF(8),     OF(16),    OF(32),

@@ -88,7 +88,7 @@ static void kick_by_rates(struct kith_integrator *it, double dt, kith_index begi
   for (size_t k = (size_t)begin * NDIM; k < (size_t)end * NDIM; ++k) v[k] += dt * a[k];
 }
 
-/* For nodes begin .. end - 1: v += dt A, u by (1) of package.h. `late`: from the evaluation to mid-dt. */
+/* For nodes begin .. end - 1: v += dt A, u by (1) of package.h. `late`: t + dt / 2 of (1). */
 static void kick(struct kith_integrator *it, double dt, double late, kith_index begin, kith_index end) {
   const struct kith_package *package = it->package;
   double *u = it->hydro->energy->f64;

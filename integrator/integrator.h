@@ -90,7 +90,7 @@ struct kith_integrator {
   struct {                     /* inflow and outflow: flow.h */
     kith_flow_state_at *state; /* set by the caller: state at the faces of inflows; NULL: constant */
     const void *context;
-    int64_t id_stride;
+    int64_t id_stride;             /* set by the caller: number of nodes at the start (flow.h) */
     struct kith_through rate;      /* what the gas gets from outside per time, by the last evaluation */
     struct kith_sum got[1 + NDIM]; /* block steps: energy, momentum in this base step so far, on this rank */
     struct kith_sum lifted; /* energy from mirrors at the end of the step, on this rank: kith_flow_mirror */
@@ -143,8 +143,8 @@ void kith_built_copy(const struct kith_nodes *nodes, const struct kith_built *to
 /* Copies a field of internal nodes. */
 void kith_field_copy(const struct kith_nodes *nodes, struct kith_field *to, const struct kith_field *from);
 /* Kicks: v += dt A, u by (1) of package.h, kick.time += dt. Here, in kith_predict and kith_correct nodes that
- * sleep (window.h) are skipped: their rates are 0, and their stored velocities and energies are the present
- * ones since the start. */
+ * sleep (window.h) are skipped: their rates are 0, and the velocities and energies that were stored for them
+ * at the start are still the present ones. */
 void kith_kick(struct kith_integrator *integrator, double dt);
 /* Returns the factor by which a support grows in a time dt: exp(dt div v / d), the exponent within 0.2. */
 static inline double kith_support_growth(double dt, double velocity_divergence) {
@@ -157,8 +157,9 @@ void kith_drift_supports(struct kith_integrator *integrator, double dt);
 void kith_drift(struct kith_integrator *integrator, double dt);
 /* Stores velocities and energies, drifts by the time `drift`, and predicts the state that packages evaluate,
  * v += dt A, u += dt rate. `later` is the time from the last evaluation to the middle of dt: in schemes with
- * one evaluation per step the energy rate is extrapolated linearly from the last two. With constant rates
- * pressures lag, and sound waves of a few spacings slowly grow. Call once per step. */
+ * one evaluation per step the energy rate at that time is extrapolated linearly from the last two. With the
+ * last rate alone pressures would lag, and sound waves of a few spacings would slowly grow. Call once per
+ * step. */
 void kith_predict(struct kith_integrator *integrator, double drift, double dt, double later);
 /* Takes the prediction of velocities and energies back, and kicks them by the new rates. */
 void kith_correct(struct kith_integrator *integrator, double dt);

@@ -10,24 +10,32 @@
  * Were M_i isotropic, P_i N_i would be the term with Omega of the Lagrangian (sph.c). MAGMA2 has weights W in
  * M and N; with w even pressure is the gradient of a kernel sum to first order, which orders nodes (faces.h
  * of mfm), and the moments are those of the velocity gradient. N is not along d: like crk and mfm this keeps
- * momentum, but not angular momentum. Where M is close to singular, an isotropic one takes
- * its place.
+ * momentum, but not angular momentum. Where M is close to singular, an isotropic one takes its place.
  *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-s_mean alpha c_mean mu + beta mu^2)                    (4)
  *     K_ij = a_K (P_i + P_j) / 2 a_ij r {P_j - P_i} / (rho_i c_i + rho_j c_j)                         (5)
  *     a_ij = d . (V_j / V_i N_i + V_i / V_j N_j) / r^2
- * with mu and Balsara's factor s of viscosity.h, {} of slope.h: Q / 2 with alpha 1 is what Roe's solver adds
- * to the mean pressure, K with a_K = 1 the work at the face that it moves. The term of beta is for strong
- * shocks. Measured, L1 of the density unless it says otherwise:
- *     areas a_ij of N alone, without the ratio of volumes: Toro 3 .0300 instead of .0212, two blasts .0300
- *     instead of .0218, Noh 1-D .0042 instead of .0019 (all with a_K = 0); with the mean pressure of the pair
- *     on both N in (2): .0452, .0410, .0116.
- *     a_K = 0, 0.3, 1: contact of Sod's tube with 400 nodes of equal spacing (norms.contact_pressure_error)
- *     .61 .17 .10, of equal masses with 200 .091 .068 .051; Sedov 72^2, velocity .119 .099 .085; noise
- *     (velocity_over_sound.end) .025 .022 .018; but two blasts .022 .034 .038, Toro 3 .021 .025 .031.
- *     With MAGMA2's conduction, of u by (|P_i - P_j| / rho)^(1/2), coefficients 0.05 and 1: the contacts .59
- *     .59 and .086 .055, two blasts .032 .043.
- * A contact of equal masses 64 : 1 at rest is off by .92 (mfm .68). Not taken over: the viscosity switch by
- * entropy; all pairs have alpha, and Balsara's factor.
+ * with mu and Balsara's factor s of viscosity.h, and {} of slope.h. With alpha = 1, Q / 2 is what Roe's
+ * solver adds to the mean pressure; with a_K = 1, K is the work at the face that this solver moves. The term
+ * of beta is for strong shocks. MAGMA2's viscosity switch by entropy is not taken over: all pairs have alpha,
+ * and Balsara's factor.
+ *
+ * Alternatives that were measured (L1 of the density, with a_K = 0):
+ *                                                          Toro 3   two blasts   Noh 1-D
+ *     as above                                              .0212      .0218      .0019
+ *     areas a_ij without the ratio of volumes               .0300      .0300      .0042
+ *     in (2) the mean pressure of the pair with both N      .0452      .0410      .0116
+ * Dissipation of pressure evens out contacts and noise, but errors in strong shocks grow:
+ *                                                    a_K =   0    0.3     1
+ *     error of the pressure at the contact of Sod's tube,
+ *         400 nodes of equal spacing                       .61    .17   .10
+ *         200 nodes of equal masses                       .091   .068  .051
+ *     Sedov 72^2, L1 of the velocity                      .119   .099  .085
+ *     noisy-box.yaml, velocity_over_sound                 .025   .022  .018
+ *     two blasts, L1 of the density                       .022   .034  .038
+ *     Toro 3, L1 of the density                           .021   .025  .031
+ * With MAGMA2's conduction instead, of u by (|P_i - P_j| / rho)^(1/2), with coefficients 0.05 and 1, the two
+ * errors at contacts are .59 and .59, .086 and .055, that of the two blasts .032 and .043. At a contact of
+ * equal masses 64 : 1 at rest the pressure is off by .92 (mfm: .68).
  *
  * Passes: density -> equation of state, Balsara's factor -> ghosts -> slopes -> ghosts -> packing -> force
  * [pairs]. */

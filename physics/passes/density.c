@@ -50,11 +50,11 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
   return padded;
 }
 
-/* Adds what barriers contribute to the sums of a node with support h, beyond their own terms: a barrier of
- * volume V counts as V / V_i nodes like i, where V_i grows with h, but as no more than one: to gas that is
- * finer than the barrier, one that is close would else be all the neighbors that it wants. In the matrix it
- * counts in full. masses: weights of the nodes; NULL: 1. Returns what growing V_i take from the sum of w, per
- * ln H. */
+/* Corrects the sums of node i, with support h, for the barriers among its partners. A barrier node of volume
+ * V counts as V / V_i nodes like i, where V_i is the volume of a node with support h; but as one node at
+ * most, since a barrier node close to much finer gas would otherwise count as all the neighbors that a node
+ * wants. In the weights of the matrix there is no such limit. masses: weights of the nodes; NULL: all are 1.
+ * Returns by how much the sum of w falls with ln H because V_i grows with H. */
 KITH_INLINE double wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
                              const double *restrict masses, const struct kith_scratch *s, double *sum_w,
                              double *sum_q2g) {
@@ -158,8 +158,8 @@ KITH_INLINE void mass_sums(enum kith_kernel kernel, const struct density_pass *p
   wall_sums(kernel, pass, i, 1 / inverse_support, mass, s, sum_mw, sum_mq2g);
 }
 
-/* Replaces differences d for barriers among the four entries from k on: a barrier has the mirror image of the
- * vector of i, so the difference is twice its component along x_ij, reversed. */
+/* Replaces the differences d for barriers among the four entries from k on. A barrier has the mirror image of
+ * the vector of i, so the difference is twice the component of that vector along x_ij, reversed. */
 KITH_INLINE void mirror(const uint8_t *barrier, const kith_index *four, size_t k, const double *vi,
                         const struct kith_scratch *s, kith_lanes *d) {
   for (size_t l = 0; l < KITH_LANES; ++l) {

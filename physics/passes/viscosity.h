@@ -1,27 +1,34 @@
 /* viscosity.h - artificial viscosity: its parameters, and what pair functions that use it begin with, the
  * geometry of a pair and the limited velocity difference.
  *
- *     mu_ij = min(0, D_ij) / |x_ij|,  D_ij = v_ij . x_ij, or if limited that of the velocities extrapolated
- *     to the middle of the pair,
+ *     mu_ij = min(0, D_ij) / |x_ij|,  D_ij = v_ij . x_ij
+ * which is 0 for pairs that separate. A limited viscosity sees the difference that is left between the
+ * velocities after both have been extrapolated to the middle of the pair:
  *     D_ij = max(v_ij . x_ij - phi (x_ij.G_i.x_ij + x_ij.G_j.x_ij) / 2, v_ij . x_ij)
- * with G the linear-exact velocity gradient and phi van Leer's limiter of the ratio r of both slopes,
- * 4 r / (1 + r)^2, times 1 - (5 (s - 1))^2 for pairs closer than s = 1 mean node spacings of the denser end,
- * not below 0 (Frontiere, Raskin and Owen 2017, JCoPh 332, 160, eqs. 48-50; there exp(-(5 (s - 1))^2)), over
- * 1 + 5 ((c_i - c_j) / (c_i + c_j))^2. The last is ours: where heat jumps, in shocks, a pair has nearly the
- * viscosity without a limiter, which leaves no noise behind them; smooth flow and vortices keep the limiter.
- * L1 of density and velocity and the kinetic energy (exact: .206 and .280) with 0, 5, 10, and unlimited:
+ * where G is the linear-exact velocity gradient, and phi is the product of three factors (the first two are
+ * those of Frontiere, Raskin and Owen 2017, JCoPh 332, 160, eqs. 48-50):
+ *   - van Leer's limiter 4 r / (1 + r)^2 of the ratio r of both slopes;
+ *   - max(0, 1 - (5 (s - 1))^2) for pairs at a distance of s < 1 mean node spacings of the denser end; they
+ *     have exp(-(5 (s - 1))^2);
+ *   - 1 / (1 + 5 ((c_i - c_j) / (c_i + c_j))^2), which is ours. In a shock the sound speed jumps, so a pair
+ *     has nearly the viscosity without a limiter, and there is no noise behind the shock; smooth flow and
+ *     vortices keep the limiter.
+ * The 5 of the last factor was chosen by these errors. For each of the values 0, 5, 10, and without a
+ * limiter, the table gives L1 of the density, L1 of the velocity, and the kinetic energy (exact: .206 in 2-D,
+ * .280 in 3-D):
  *     sph  Sedov 2-D 100^2, gamma 1.4   .157 .120 .221   .128 .095 .216   .130 .092 .214   .140 .097 .212
  *          Sedov 3-D 30^3               .261 .423 .314   .198 .347 .313   .194 .344 .307
  *          Noh 2-D                      .998 .026        .942 .013        .953 .013
  *     crk  Sedov 2-D, as above          .147 .117 .216   .121 .097 .214   .118 .098 .213
  *          Noh 2-D, density alone       .707             .752             .791
- * L1 of the density with this damping, with the spacing of the wider end, as in Spheral, and with the
- * exponential (without the last factor):
+ * The second factor was compared, without the last one, with two others. L1 of the density with this factor,
+ * with the spacing of the wider end as in Spheral, and with the exponential:
  *     sph: Sedov 72^2 .128 .139 .121, 26^3 .258 .254 .267, Noh 50^2 1.04 .91 .90, blasts .0222 .0214 .0223
  *     crk: Sedov 72^2 .122 .119 .124, 26^3 .233 .236 .237, Saltzman .178 .201 .172
- * mu is 0 for pairs that separate. The signal speed of a pair, max(1, (1 + 0.6 alpha) / 1.6) c_mean -
- * beta mu, grows with alpha beyond 1 as in Monaghan (1992, ARA&A 30, 543). Switches multiply alpha alone
- * (Cullen and Dehnen 2010), unless Balsara's factor is as in its source: then beta, too.
+ *
+ * The signal speed of a pair is max(1, (1 + 0.6 alpha) / 1.6) c_mean - beta mu; it grows with alpha beyond 1
+ * as in Monaghan (1992, ARA&A 30, 543). Switches multiply alpha alone (Cullen and Dehnen 2010). Balsara's
+ * factor multiplies beta, too, if it is set as in its source.
  * The functions have no loops over pairs: they vectorize in the loops of their callers. */
 #ifndef KITH_PHYSICS_PASSES_VISCOSITY_H
 #define KITH_PHYSICS_PASSES_VISCOSITY_H

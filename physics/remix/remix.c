@@ -11,15 +11,23 @@
  * With V, the corrected kernels W^R of moments.h and D = grad W^R_ij - grad W^R_ji,
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D                                        (2)
  *     m_i du_i/dt = - sum_j (1/2) V_i V_j (P_i + e Q_ij) D . (v_j - v_i) + sum_j K_ij                 (3)
- * the work of each node on its own volume. e is 1/2, but P_i / (P_i + P_j) where Q cools a pair, as it may
- * because D does not point along it: a node without pressure has no heat to give. Q is (4) of magma2.c, and
- * K, instead of the diffusion of u and rho, its (5) with the area 2 V_i V_j |grad W|.
+ * which is the work of each node on its own volume. e is 1/2, but P_i / (P_i + P_j) where Q cools a pair, as
+ * it may because D does not point along it: a node without pressure has no heat to give. Q is (4) of
+ * magma2.c. K is (5) of magma2.c with the area 2 V_i V_j |grad W|, instead of REMIX's diffusion of u and rho.
  *
- * Largest error of the pressure at contacts, 1-D: of equal masses 8 : 1, at rest with 100 nodes and in Sod's
- * tube with 200; of equal spacing, in Sod's tube with 400:
- *     sph .64 .092 .61, crk .61 .039 .55, mfm .24 .048 .11, magma2 .33 .051 .10, this .052 .045 .070
- *     without K .41 .048 .80, a_V = 0 .081 .21 .069, drawn by m0 (a_V = 0.1) .117 .097 .172
- * 64 : 1 at rest is off by 1.0 (mfm .68). Strong shocks suffer: Toro 3, density .039 (sph .021).
+ * Largest error of the pressure at contacts in 1-D:
+ *                              equal masses 8 : 1,    equal masses,       equal spacing,
+ *                              at rest, 100 nodes     Sod, 200 nodes      Sod, 400 nodes
+ *     sph                             .64                 .092                 .61
+ *     crk                             .61                 .039                 .55
+ *     mfm                             .24                 .048                 .11
+ *     magma2                          .33                 .051                 .10
+ *     remix                           .052                .045                 .070
+ *     remix without K                 .41                 .048                 .80
+ *     remix with a_V = 0              .081                .21                  .069
+ *     remix, V drawn by m0 - 1        .117                .097                 .172      (a_V = 0.1)
+ * At a contact of 64 : 1 at rest the error is 1.0 (mfm: .68). Strong shocks are less accurate: in Toro's
+ * problem 3 L1 of the density is .039 (sph: .021).
  *
  * Passes: density -> volumes, equation of state -> ghosts -> slopes, moments -> ghosts -> packing -> force
  * [pairs]. */
