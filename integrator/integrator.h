@@ -1,8 +1,8 @@
 /* integrator.h - the state of the time integration: settings of a run, what a step keeps, kicks and drifts.
  *
- * Files of this folder, lowest level first: ledger, integrator, flow (inflow and outflow), window (gas that
- * is not evaluated yet), lifecycle (of the connectivity), step (one time step), block_lengths and block_steps
- * (each node with a step of its own), schemes/. */
+ * Files of this folder, lowest level first: ledger, scheme (what a scheme has to define), integrator, flow
+ * (inflow and outflow), window (gas that is not evaluated yet), lifecycle (of the connectivity), step (one
+ * time step), block_lengths and block_steps (each node with a step of its own), schemes/. */
 #ifndef KITH_INTEGRATOR_INTEGRATOR_H
 #define KITH_INTEGRATOR_INTEGRATOR_H
 

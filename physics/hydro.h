@@ -105,10 +105,10 @@ static inline double kith_hydro_energy_round_off(const struct kith_hydro *hydro,
  * first internal node with a value that is not finite, or a state outside of its equation of state. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 
-/* Sums over the gas of all ranks, exact (sum.h): bitwise identical for any number of
- * threads and ranks. Collective. All members are double, for checkpoints. The angular momentum uses positions
- * in the box: a node that crosses a periodic face changes it, so in a periodic box it is conserved only while
- * what crosses has no momentum along the face, as outside of a vortex. */
+/* Sums over the gas of all ranks. They are exact (sum.h), so bitwise identical for any number of threads and
+ * ranks. Collective. All members are double, for checkpoints. The angular momentum uses positions in the box:
+ * a node that crosses a periodic face changes it, so in a periodic box it is conserved only while what
+ * crosses has no momentum along the face, as outside of a vortex. */
 struct kith_totals {
   double mass, kinetic, internal, momentum[NDIM];
   double potential; /* of the external force */

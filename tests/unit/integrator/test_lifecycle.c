@@ -39,19 +39,14 @@ static void threads_agree(void) {
       "scheme.name=rk4 method.energy=thermal",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
       "scheme.name=implicit method.energy=thermal"};
+  const int resolution = NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12;
   for (int k = 0; k < (int)(sizeof settings / sizeof *settings); ++k) {
     struct scenario one = {0}, many = {0};
     omp_set_num_threads(1);
-    if (scenario_open(&one, box, "resolution=%d %s", NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12, settings[k]))
-      scenario_run(&one, 5);
+    if (scenario_open(&one, box, "resolution=%d %s", resolution, settings[k])) scenario_run(&one, 5);
     for (int n = 2; n <= 3; ++n) {
       omp_set_num_threads(n);
-      if (scenario_open(&many, box, "resolution=%d %s",
-                        NDIM == 1   ? 5000
-                        : NDIM == 2 ? 40
-                                    : 12,
-                        settings[k]) &&
-          scenario_run(&many, 5)) {
+      if (scenario_open(&many, box, "resolution=%d %s", resolution, settings[k]) && scenario_run(&many, 5)) {
         scenario_identical(&one, &many, settings[k]);
         const struct kith_totals p = kith_hydro_totals(&one.simulation->hydro),
                                  q = kith_hydro_totals(&many.simulation->hydro);

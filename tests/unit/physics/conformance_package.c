@@ -56,9 +56,9 @@ static double mechanical_energy(const struct world *w) {
   return t.kinetic + t.internal;
 }
 
-/* With `gather` each end evaluates the pair by itself, so that
- * this tests the symmetry of the pair function under exchange of i and j: -f, q_j, q_i. Compatible energies
- * also keep sum m (v^2 / 2 + u) in kicks of any length. */
+/* With `gather` each end evaluates the pair by itself, so this tests the symmetry of the pair function under
+ * exchange of i and j: -f, q_j, q_i. Compatible energies also keep sum m (v^2 / 2 + u) in kicks of any
+ * length. */
 static void check_conservation(const struct variant *v, enum side side) {
   struct world w;
   create(&w, v, box, side, 0.3);
