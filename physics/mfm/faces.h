@@ -9,16 +9,16 @@
  *                   M_i = sum_j w_i (x_j - x_i) (x_j - x_i), w_i = w(r_ij / H_i)
  *               Both matrices are positive, so a face always points towards the neighbor. Where M has no good
  *               inverse (all neighbors on a line, or on one side) that end contributes as in SPH, -V^2 grad
- *               W. w is -W'(q) / q, in 1-D W(q). Hopkins has W, but in 2-D and 3-D the force of an even
- *               pressure, -P sum_j A_ij, then is the gradient of nothing: shears of a lattice grow from
- *               round-off whatever the lattice is, and drive the nodes for ever. With -W' / q the faces are
- *               those of SPH with a matrix for a constant, and the force is as that of SPH to first order:
- *               the gradient of a kernel sum. It orders nodes, rests on the lattices on which that sum is
- *               largest (`kith plan` names them), and what gives way elsewhere comes to rest. On a line
- *               nothing shears, and W has a tenth less error.
+ *               W. w is -W'(q) / q, in 1-D W(q). Hopkins has W in all dimensions. But in 2-D and 3-D the
+ *               force of an even pressure, -P sum_j A_ij, then is not the gradient of any energy: shears of a
+ *               lattice grow from round-off, whatever the lattice is, and drive the nodes for ever. With
+ *               -W' / q the faces are those of SPH with a matrix in place of a constant, so to first order
+ *               the force is the gradient of a kernel sum, as in SPH. It orders nodes and is 0 on the
+ *               lattices on which that sum is largest (`kith plan` names them); other lattices give way, and
+ *               then come to rest. On a line nothing shears, and W has a tenth less error.
  *               In a face V_i counts as 16 V_j at most, and V_j likewise. A node that has left the gas has
  *               its partners at the far edge of its support. The pressure of gas that is 10^4 times as dense
- *               would press it there, through faces as large as its volume asks for, and throw it away.
+ *               would press on it there, through faces as large as its volume, and throw it away.
  *   integrated  between all nodes whose supports share a node, the integral by its definition:
  *                   A_ij = sum_k V_k (psi_i grad psi_j - psi_j grad psi_i)(x_k), psi_i(x) = W(x - x_i, H_i) /
  *                   s(x), s = sum_l W(x - x_l, H_l)

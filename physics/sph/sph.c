@@ -1,35 +1,38 @@
 /* Package `sph`: density-energy SPH with grad-h terms and artificial viscosity.
  *
- * Supports follow from the number density, densities from the sum of masses; X and Omega are those of
- * density.h. From the Lagrangian follows, with
- *     psi_i = m_i P_i / rho_i^2  (Hopkins 2013, MNRAS 428, 2840; m_j - X_i = m / Omega for equal masses)
+ * Supports follow from the number density, densities from the sum of masses. X and Omega are those of
+ * density.h, as are equations (1) and (2). With
+ *     psi_i = m_i P_i / rho_i^2
+ * the Lagrangian gives (Hopkins 2013, MNRAS 428, 2840; m_j - X_i = m / Omega for equal masses)
  *     m_i dv_i/dt = - sum_j [psi_i (m_j - X_i) grad_i W(H_i) + psi_j (m_i - X_j) grad_i W(H_j)
  *                            + m_i m_j Pi_ij grad_i W_mean]                                            (3)
  *     m_i du_i/dt =   sum_j [psi_i (m_j - X_i) v_ij . grad_i W(H_i)
  *                            + (1/2) m_i m_j Pi_ij v_ij . grad_i W_mean]                               (4)
- *     Pi_ij = (-s_mean alpha c_mean mu + beta mu^2) / rho_mean,
- *     mu as in viscosity.h  (Monaghan 1997, JCoPh 136, 298)                                            (5)
- * viscosity `cullen-dehnen`: the switch s follows the compression rate (Cullen and Dehnen 2010, MNRAS 408,
- *     669; in the form of Price et al. 2018, PASA 35, e031, eqs. 45-48): with h = 2 sigma and
- *     A = max(0, -d(div v)/dt) (div v)^2 / ((div v)^2 + (curl v)^2) where div v < 0,
- *     s_local = min(1, 10 h^2 A / c^2); s rises to it at once and decays to it in the time
- *     h / (0.1 v_signal).                                                                              (6)
- * Balsara's factor (viscosity.h) multiplies s, which is 1 without the switch. conduction a_u: the heat
+ *     Pi_ij = (-s_mean alpha c_mean mu + beta mu^2) / rho_mean                                         (5)
+ * with mu of viscosity.h (Monaghan 1997, JCoPh 136, 298). s is Balsara's factor (viscosity.h), times the
+ * switch of (6) if there is one.
+ *
+ * Setting viscosity.name `cullen-dehnen`: the switch s follows the compression rate (Cullen and Dehnen 2010,
+ *     MNRAS 408, 669; in the form of Price et al. 2018, PASA 35, e031, eqs. 45-48). With h = 2 sigma and
+ *     A = max(0, -d(div v)/dt) (div v)^2 / ((div v)^2 + (curl v)^2) where div v < 0, else 0,
+ *     s_local = min(1, 10 h^2 A / c^2)                                                                 (6)
+ *     s rises to s_local at once, and decays to it in the time h / (0.1 v_signal).
+ * Setting conduction, a_u, adds the heat
  *     m_i m_j a_u v_u (u_i - u_j) / rho_mean |x_ij . grad W_mean| / |x_ij|,
- *     v_u = sqrt(|P_i - P_j| / rho_mean) (Price 2008, JCoPh 227, 10040): none where pressure is even.   (7)
- * pressure_dissipation a_P: the heat, from j to i,
- *     a_P |f_ij . v_ij| (P_j - P_i) / (|P_i| + |P_j| + rho_mean^2 Pi_ij),                              (8)
- *     which for 1/2 is what crk's shares of the work move (eq. 7 there), but for their cosine.
- *     Forces along x_ij let nodes that a shock has pressed together in one direction slide past each other
- *     (the page on methods, Sedov): (8) damps the pressures of this noise. It is off, as it spreads contacts.
- *
- * density nodes: rho_i = m_i n_i, and psi_i (m_i - X_i), psi_j (m_j - X_j) in (3) and (4) with X as of
- *     equal masses, m_i - X_i = m_i / Omega_i: the Lagrangian of these densities. Where masses jump on an
- *     even lattice the sum of masses smears the density but not the heats: a ridge of pressure, which acts
- *     as a tension. Not the default, since shocks from such a contact are less accurate (page on methods).
- *
- * stretch: supports are ellipsoids with half axes s_a H (a fixed tensor), and W depends on |x_ij| in their
- * metric M = diag(1 / s_a^2), grad_i W = W' / (H |x_ij|_M) M x_ij; the viscosity ignores it.
+ *     v_u = sqrt(|P_i - P_j| / rho_mean)                                                               (7)
+ *     (Price 2008, JCoPh 227, 10040), which is none where the pressure is even.
+ * Setting pressure_dissipation, a_P, adds the heat, from j to i,
+ *     a_P |f_ij . v_ij| (P_j - P_i) / (|P_i| + |P_j| + rho_mean^2 Pi_ij)                               (8)
+ *     For a_P = 1/2 this is what crk's shares of the work move (eq. 7 there), but for their cosine. Forces
+ *     along x_ij let nodes that a shock has pressed together in one direction slide past each other (page on
+ *     methods, Sedov), and (8) damps the pressures of this noise. It is off, since it spreads contacts.
+ * Setting density `nodes`: rho_i = m_i n_i, and in (3) and (4) psi_i (m_i - X_i), psi_j (m_j - X_j) with X as
+ *     of equal masses, so m_i - X_i = m_i / Omega_i: the Lagrangian of these densities. Where masses jump on
+ *     an even lattice, the sum of masses smears the density but not the energies, so there is a ridge of
+ *     pressure, which acts as a tension. With `nodes` there is none; but shocks that start at such a contact
+ *     are less accurate (page on methods), so it is not the default.
+ * Setting stretch: supports are ellipsoids with half axes s_a H (a fixed tensor). W depends on |x_ij| in
+ *     their metric M = diag(1 / s_a^2), so grad_i W = W' / (H |x_ij|_M) M x_ij. The viscosity ignores it.
  *
  * Passes: density -> equation of state, switches -> ghosts -> packing -> force [pairs]. */
 #include "physics/passes/density.h"
