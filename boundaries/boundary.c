@@ -57,32 +57,11 @@ void kith_boundaries_clear(struct kith_boundaries *boundaries) {
   boundaries->n = 0;
 }
 
-static struct kith_extent extent_of(const struct kith_nodes *nodes, kith_index begin, kith_index end) {
-  const double *restrict x = nodes->position->f64, *restrict radius = nodes->search_radius->f64;
-  struct kith_extent extent = {.box = kith_box_empty(), .finite = true};
-  for (kith_index i = begin; i < end; ++i) {
-    kith_box_include(&extent.box, x + (size_t)i * NDIM);
-    extent.search_radius = KITH_MAX(extent.search_radius, radius[i]);
-    extent.finite = extent.finite & (radius[i] < INFINITY);
-    for (int a = 0; a < NDIM; ++a) extent.finite = extent.finite & (fabs(x[(size_t)i * NDIM + a]) < INFINITY);
-  }
-  return extent;
-}
-
 void kith_boundaries_measure(struct kith_boundaries *boundaries, const struct kith_nodes *nodes,
                              double radius_factor) {
-  struct kith_extents *e = &boundaries->extents;
-  const kith_index n = e->n = nodes->n_internal;
-  e->order = nodes->order;
-#pragma omp parallel for schedule(static) if (n > KITH_FEW)
-  for (int s = 0; s < KITH_SHARES; ++s)
-    e->share[s] =
-        extent_of(nodes, kith_part_start(n, s, KITH_SHARES), kith_part_start(n, s + 1, KITH_SHARES));
-  for (int b = 0; b < boundaries->n; ++b) {
-    struct kith_boundary *boundary = boundaries->boundary[b];
-    boundary->extents = e;
-    if (boundary->ops->measure != NULL) boundary->ops->measure(boundary, nodes, radius_factor);
-  }
+  for (int b = 0; b < boundaries->n; ++b)
+    if (boundaries->boundary[b]->ops->measure != NULL)
+      boundaries->boundary[b]->ops->measure(boundaries->boundary[b], nodes, radius_factor);
 }
 
 int kith_boundaries_share(struct kith_boundaries *boundaries, struct kith_shared *parts) {

@@ -83,19 +83,6 @@ static inline double kith_boundary_face_velocity(const struct kith_boundary_ops 
   return ops != NULL && ops->face_velocity != NULL ? ops->face_velocity(settings) : 0;
 }
 
-/* Bounding boxes of runs (shares) of consecutive internal nodes, which are compact where nodes are in curve
- * order. Made in one pass, they spare most nodes a test for each axis and image. */
-enum { KITH_SHARES = 256 };
-struct kith_extents {
-  kith_index n;   /* internal nodes; share s begins at kith_part_start(n, s, KITH_SHARES) */
-  uint64_t order; /* nodes->order when they were measured */
-  struct kith_extent {
-    struct kith_box box;
-    double search_radius; /* largest search radius of the share */
-    bool finite;          /* all its positions and search radii are finite */
-  } share[KITH_SHARES];
-};
-
 /* Indices into boundary->most. Boundaries with images have the maxima of f R - depth (WANTED) and of -depth,
  * at least 0 (OUT), each for the lower, then the upper side. */
 enum { KITH_BOUNDARY_MAXIMA = 4, KITH_IMAGES_WANTED = 0, KITH_IMAGES_OUT = 2 };
@@ -109,8 +96,7 @@ struct kith_boundary {
   double start;            /* position at time 0 of the face that acts (the lower one of two) */
   double zone[NDIM];       /* set by the caller: shift from a node of the zone to its continuation */
   const void *settings;    /* values of its own parameters; set by the caller, borrowed; NULL: none */
-  const struct kith_extents *extents; /* of the measured nodes; borrowed */
-  double most[KITH_BOUNDARY_MAXIMA];  /* filled by `measure` */
+  double most[KITH_BOUNDARY_MAXIMA]; /* filled by `measure` */
   struct {
     double low, high, search_radius; /* of the nodes of this rank along the axis */
     bool finite;
@@ -136,7 +122,6 @@ enum { KITH_MAX_BOUNDARIES = 2 * NDIM + 8 };
 struct kith_boundaries {
   int n;
   struct kith_boundary *boundary[KITH_MAX_BOUNDARIES]; /* owned */
-  struct kith_extents extents;
 };
 /* BAD_INPUT unless lower < upper, the axis exists, no other boundary acts on it (or one acts on the other
  * side and gas passes either face), and the member can act on these sides. Members without faces ignore all

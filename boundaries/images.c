@@ -21,32 +21,23 @@ struct hits {
   kith_index *count;    /* [chunks], behind them */
 };
 
-/* Skips a share if its bounding box shows that none of its nodes raises a maximum. */
 void kith_images_measure(struct kith_boundary *boundary, const struct kith_nodes *nodes,
                          double radius_factor) {
-  const struct kith_extents *e = boundary->extents;
-  const int axis = boundary->axis;
-  const double *restrict x = nodes->position->f64 + axis, *restrict radius = nodes->search_radius->f64;
+  const double *restrict x = nodes->position->f64 + boundary->axis;
+  const double *restrict radius = nodes->search_radius->f64;
   const double lower = boundary->lower, upper = boundary->upper;
   double low = INFINITY, high = -INFINITY, widest = 0, below = -INFINITY, above = -INFINITY;
   int lost = 0;
 #pragma omp parallel for schedule(static) reduction(min                  \
                                                     : low) reduction(max \
                                                                      : high, widest, below, above, lost)
-  for (int s = 0; s < KITH_SHARES; ++s) {
-    const struct kith_extent *share = &e->share[s];
-    const double least = share->box.lower[axis], most = share->box.upper[axis],
-                 reach = radius_factor * share->search_radius;
-    low = KITH_MIN(low, least), high = KITH_MAX(high, most);
-    widest = KITH_MAX(widest, reach);
-    lost = KITH_MAX(lost, !(share->finite && reach < INFINITY));
-    if (reach - (least - lower) <= below && reach - (upper - most) <= above) continue;
-    for (kith_index i = kith_part_start(e->n, s, KITH_SHARES); i < kith_part_start(e->n, s + 1, KITH_SHARES);
-         ++i) {
-      const double xi = x[(size_t)i * NDIM], r = radius_factor * radius[i];
-      below = KITH_MAX(below, r - (xi - lower));
-      above = KITH_MAX(above, r - (upper - xi));
-    }
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    const double xi = x[(size_t)i * NDIM], r = radius_factor * radius[i];
+    low = KITH_MIN(low, xi), high = KITH_MAX(high, xi);
+    widest = KITH_MAX(widest, r);
+    below = KITH_MAX(below, r - (xi - lower));
+    above = KITH_MAX(above, r - (upper - xi));
+    lost = KITH_MAX(lost, !(fabs(xi) < INFINITY && r < INFINITY));
   }
   boundary->range.low = low, boundary->range.high = high, boundary->range.search_radius = widest;
   boundary->range.finite = !lost;
@@ -104,22 +95,6 @@ static bool is_side_done(const struct line *line, int n) {
   return !is_needed(line, n) && !is_needed(line, n > 0 ? n + 1 : n - 1);
 }
 
-/* May one of nodes begin .. end - 1 pass the test? Always true for ghosts, and for nodes that were reordered
- * since they were measured: they have no bounding boxes. */
-static bool may_pass(const struct line *line, const struct test *test, const struct kith_nodes *nodes,
-                     kith_index begin, kith_index end) {
-  const struct kith_extents *e = line->boundary->extents;
-  if (end > e->n || e->order != nodes->order) return true;
-  for (int s = (int)((int64_t)begin * KITH_SHARES / e->n); kith_part_start(e->n, s, KITH_SHARES) < end; ++s) {
-    const struct kith_extent *share = &e->share[s];
-    const double r = line->factor * share->search_radius;
-    if (passes(test, share->box.lower[line->boundary->axis], r) ||
-        passes(test, share->box.upper[line->boundary->axis], r))
-      return true;
-  }
-  return false;
-}
-
 /* Finds the nodes that need image n. */
 static void find_hits(const struct line *line, const struct kith_nodes *nodes, int n,
                       const struct hits *hits) {
@@ -130,9 +105,8 @@ static void find_hits(const struct line *line, const struct kith_nodes *nodes, i
 #pragma omp parallel for schedule(static) if (hits->chunks > 1)
   for (kith_index c = 0; c < hits->chunks; ++c) {
     const kith_index begin = c * CHUNK, end = KITH_MIN(begin + CHUNK, hits->n);
-    const bool near = may_pass(line, &test, nodes, begin, end);
     kith_index *restrict hit = hits->node + begin, count = 0;
-    for (kith_index i = begin; near && i < end; ++i) { /* no branch: i is kept if it passes */
+    for (kith_index i = begin; i < end; ++i) { /* no branch: i is kept if it passes */
       hit[count] = i;
       count += passes(&test, x[(size_t)i * NDIM], factor * radius[i]);
     }

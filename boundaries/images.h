@@ -7,8 +7,8 @@
  * so that everything within the search radius of an internal node is there. All limits are widened by 1e-12
  * of the coordinates, since lattices have nodes at exactly the search radius.
  *
- * Cost: one threaded pass over the nodes for each image that any node may need; runs of nodes that need none
- * are skipped. Ghosts of an image and list are in the order of their controls.
+ * Cost: one threaded pass over the nodes to measure them, and one for each image that any node may need.
+ * Ghosts of an image and list are in the order of their controls.
  * DIVERGED if a position or search radius is not finite, or if more than KITH_MOST_IMAGES images on a side
  * were needed. */
 #ifndef KITH_BOUNDARIES_IMAGES_H
