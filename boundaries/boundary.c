@@ -100,8 +100,8 @@ kith_status kith_boundaries_ghosts(struct kith_boundaries *boundaries, struct ki
       nodes->ranks, kith_boundaries_make_ghosts(boundaries, nodes, radius_factor, profile, KITH_OK));
 }
 
-/* The image by a mirror is nearer than its node only to nodes beyond the face, or if its node is beyond;
- * images that continue a zone lie its whole depth away. */
+/* An image by a mirror is nearer than its node only to nodes beyond the face, or if its own node is beyond
+ * it. Images that continue a zone lie the depth of the zone away from their nodes. */
 double kith_boundaries_gain(const struct kith_boundaries *boundaries) {
   double gain = 0;
   for (int n = 0; n < boundaries->n; ++n) {

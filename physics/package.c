@@ -101,9 +101,10 @@ const char *kith_limit_name(enum kith_limit limit) {
 }
 
 /* A node moves no farther in a step than this many times cfl h, relative to gas and walls that it might meet.
- * The signal has partners only, and cold gas that flew at a wall, or at other gas, was in the midst of it a
- * step later. Of 90 runs of `kith stress collision collision-block` 34 stopped without this limit, 10 with 3,
- * none with 2; there is some room because single runs of other bodies did. */
+ * Signal speeds are those of pairs, so cold gas that flies towards a wall, or towards other gas, has none of
+ * that collision until it is there, and would be in the midst of it a step later. Of 90 runs of `kith stress
+ * collision collision-block` 34 stopped without this limit, 10 with 3 and none with 2; it is lower since
+ * single runs of other bodies stopped with 2. */
 static const double farthest = 1.5;
 
 /* Returns the square of the velocity of node i relative to what it might meet. */

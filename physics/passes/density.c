@@ -8,8 +8,8 @@
 /* Lanes of scratch: separations x_j - x_i, distances, weights. */
 enum { SEPARATION = 0, DISTANCE = NDIM, WEIGHT, LANES };
 
-/* Newton's step of ln H below which the iteration ends. Omega is taken before that step; its noise is below a
- * sound wave of amplitude 1e-6. */
+/* The iteration ends with a Newton step of ln H that is below this. Omega is that before the last step; the
+ * noise that this makes is below a sound wave of amplitude 1e-6. */
 static const double tolerance = 1e-7;
 static const int max_iterations = 60;
 
