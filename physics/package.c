@@ -117,6 +117,10 @@ static double speed2(const struct kith_hydro *hydro, kith_index i) {
   return sum;
 }
 
+static void shorten(struct kith_timestep_limit *limit, double dt, enum kith_limit reason) {
+  if (dt < limit->dt) limit->dt = dt, limit->reason = reason;
+}
+
 struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package *package, kith_index i,
                                                       double cfl) {
   const struct kith_hydro *hydro = package->hydro;
@@ -124,24 +128,18 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
   const double a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM),
                divergence = fabs(package->velocity_divergence->f64[i]), speed = sqrt(speed2(hydro, i));
   const double u = hydro->energy->f64[i], cooling = -hydro->energy_rate->f64[i];
-  struct kith_timestep_limit timestep_limit = {cfl * h / package->signal->f64[i], hydro->nodes->id->i64[i],
-                                               KITH_LIMIT_courant};
-  if (0.8 * cfl * sqrt(h / a) < timestep_limit.dt)
-    timestep_limit.dt = 0.8 * cfl * sqrt(h / a), timestep_limit.reason = KITH_LIMIT_acceleration;
-  if (cfl / divergence < timestep_limit.dt)
-    timestep_limit.dt = cfl / divergence, timestep_limit.reason = KITH_LIMIT_compression;
-  if (farthest * cfl * h / speed < timestep_limit.dt)
-    timestep_limit.dt = farthest * cfl * h / speed, timestep_limit.reason = KITH_LIMIT_displacement;
+  struct kith_timestep_limit limit = {cfl * h / package->signal->f64[i], hydro->nodes->id->i64[i],
+                                      KITH_LIMIT_courant};
+  shorten(&limit, 0.8 * cfl * sqrt(h / a), KITH_LIMIT_acceleration);
+  shorten(&limit, cfl / divergence, KITH_LIMIT_compression);
+  shorten(&limit, farthest * cfl * h / speed, KITH_LIMIT_displacement);
   /* Only where the energy has to stay positive: an isothermal gas may lose all of it. */
   const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
-  if (limits && u > kith_hydro_energy_round_off(hydro, i) && cooling > 0 &&
-      cfl * u / cooling < timestep_limit.dt)
-    timestep_limit.dt = cfl * u / cooling, timestep_limit.reason = KITH_LIMIT_cooling;
-  for (const struct kith_package *p = package->next; p != NULL; p = p->next) {
-    const double dt = p->ops->longest_step != NULL ? cfl * p->ops->longest_step(p, i) : INFINITY;
-    if (dt < timestep_limit.dt) timestep_limit.dt = dt, timestep_limit.reason = p->limit;
-  }
-  return timestep_limit;
+  if (limits && u > kith_hydro_energy_round_off(hydro, i) && cooling > 0)
+    shorten(&limit, cfl * u / cooling, KITH_LIMIT_cooling);
+  for (const struct kith_package *p = package->next; p != NULL; p = p->next)
+    if (p->ops->longest_step != NULL) shorten(&limit, cfl * p->ops->longest_step(p, i), p->limit);
+  return limit;
 }
 
 /* Does node i surely allow more than dt? Tests the same conditions without roots and quotients, with room for
