@@ -164,10 +164,6 @@ static void pass_waves(const struct kith_integrator *it, const struct kith_bound
 
 /* ---- all faces ---- */
 
-static bool passes(const struct kith_integrator *it, int b) {
-  return kith_boundary_passes(it->boundaries->boundary[b]->ops);
-}
-
 kith_status kith_flow_exchange(struct kith_integrator *it) {
   struct kith_sum sums[SUMS] = {0};
   uint64_t changes = 0;
@@ -176,7 +172,7 @@ kith_status kith_flow_exchange(struct kith_integrator *it) {
   kith_status status = KITH_OK;
   for (int k = 0; k < it->boundaries->n; ++k) {
     const struct kith_boundary *b = it->boundaries->boundary[k];
-    if (!passes(it, k)) continue;
+    if (!kith_boundary_passes(b->ops)) continue;
     any = true;
     if (status == KITH_OK) status = (b->ops->enters ? enter : leave)(it, b, sums, &changes);
   }
@@ -251,27 +247,30 @@ static void sum_outside(struct kith_integrator *it) {
   for (int a = 0; a < NDIM; ++a) it->flow.rate.momentum[a] = kith_sum_value(&sums[MOMENTUM + a]);
 }
 
-void kith_flow_rates(struct kith_integrator *it) {
+/* Sets the rates of node i in the zone of b. */
+static void set_rates(struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_hydro *hydro = it->hydro;
-  const struct kith_nodes *nodes = it->nodes;
-  if (hydro->outside_force == NULL || it->kick.blocks != NULL) return;
+  const size_t at = (size_t)i * NDIM;
+  double *a = hydro->acceleration->f64 + at, correction = 0;
+  if (b->ops->leaves) {
+    pass_waves(it, b, i);
+  } else {
+    memset(a, 0, NDIM * sizeof *a);
+    hydro->energy_rate->f64[i] = 0;
+  }
+  for (size_t c = 0; c < NDIM; ++c)
+    correction -= a[c] * (it->kick.velocity_base->f64[at + c] - hydro->velocity->f64[at + c]);
+  if (it->package->compatible) it->package->energy_correction->f64[i] = correction;
+}
+
+void kith_flow_rates(struct kith_integrator *it) {
+  if (it->hydro->outside_force == NULL || it->kick.blocks != NULL) return;
   sum_outside(it);
   for (int k = 0; k < it->boundaries->n; ++k) {
     const struct kith_boundary *b = it->boundaries->boundary[k];
-    for (kith_index i = 0; passes(it, k) && i < nodes->n_internal; ++i) {
-      double *a = hydro->acceleration->f64 + (size_t)i * NDIM, correction = 0;
-      if (nodes->flag->u8[i] != kith_flow_flag(b)) continue;
-      if (b->ops->leaves) {
-        pass_waves(it, b, i);
-      } else {
-        memset(a, 0, NDIM * sizeof *a);
-        hydro->energy_rate->f64[i] = 0;
-      }
-      for (int c = 0; c < NDIM; ++c)
-        correction -= a[c] * (it->kick.velocity_base->f64[(size_t)i * NDIM + (size_t)c] -
-                              hydro->velocity->f64[(size_t)i * NDIM + (size_t)c]);
-      if (it->package->compatible) it->package->energy_correction->f64[i] = correction;
-    }
+    if (!kith_boundary_passes(b->ops)) continue;
+    for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+      if (it->nodes->flag->u8[i] == kith_flow_flag(b)) set_rates(it, b, i);
   }
 }
 

@@ -335,8 +335,9 @@ static kith_status agree(struct kith_integrator *it, struct reduced_values *redu
   kith_boundaries_measure(it->boundaries, it->nodes, ghost_factor(it));
   if (d == NULL) return status;
   if (status == KITH_OK) status = local_extremes(it, reduced);
-  if (it->holding) reduced->most[OUTSIDE] = kith_decomposition_outside(d, it->nodes);
-  if (!it->holding)
+  if (it->holding)
+    reduced->most[OUTSIDE] = kith_decomposition_outside(d, it->nodes);
+  else
     reduced->most[OUTSIDE] = d->outside, reduced->sum[LEAVING] = d->leaving, reduced->sum[FAR] = d->far;
   KITH_STAGE(status, it->profile, "allreduce",
              kith_ranks_agree(it->nodes->ranks, status, 2 + kith_boundaries_share(it->boundaries, parts + 2),

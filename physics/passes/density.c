@@ -344,9 +344,10 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
                          const struct kith_density_wanted *wanted) {
   const struct kith_nodes *nodes = package->hydro->nodes;
   KITH_TRY(kith_connectivity_provides(connectivity, nodes, kith_package_requirements(package)));
-  if (wanted->compression != NULL) KITH_TRY(kith_ranks_finish_agree(nodes->ranks));
-  if (wanted->compression != NULL)
+  if (wanted->compression != NULL) {
+    KITH_TRY(kith_ranks_finish_agree(nodes->ranks));
     kith_package_start_refresh(package, 1, &(struct kith_field *){package->hydro->acceleration});
+  }
   struct density_pass pass = {.package = package,
                               .connectivity = connectivity,
                               .wanted = *wanted,
