@@ -41,14 +41,7 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) 
        &hydro->acceleration},
       {true, KITH_SPEC(SCALAR, OWN_KEPT, "energy_rate", "du/dt"), &hydro->energy_rate},
       {0}};
-  hydro->nodes = nodes;
-  hydro->halo = NULL;
-  hydro->masses_of = UINT64_MAX;
-  hydro->external_force = (struct kith_external_force){0};
-  hydro->through = (struct kith_through){0};
-  hydro->outside_force = hydro->outside_power = NULL;
-  hydro->equal_masses = false;
-  for (int a = 0; a < NDIM; ++a) hydro->center[a] = hydro->wall[a] = hydro->rest_velocity[a] = 0;
+  *hydro = (struct kith_hydro){.nodes = nodes, .masses_of = UINT64_MAX};
   return kith_nodes_fields(nodes, table);
 }
 

@@ -79,7 +79,7 @@ struct kith_hydro {
   struct kith_through through; /* added up by the integrator */
 };
 
-/* Registers the fields, and zeroes what the caller sets, except for the materials. */
+/* Registers the fields. All else is zero afterwards, until it is set. */
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
 
 /* Gives nodes flags, and registers outside_force and outside_power. */
