@@ -181,14 +181,18 @@ static kith_status too_many(const struct line *line) {
             line->boundary->lower, line->boundary->upper);
 }
 
+/* Indices into boundary->most where images are shifts: minus the lowest coordinate, the highest one, the
+ * largest f R, and 1 if one of these is not finite; of the nodes of all ranks. */
+enum { MINUS_LOW, HIGH, WIDEST, LOST };
+
 /* The shifts of all ranks are the same: earlier ghosts lie where internal nodes do along the axis, or are
  * frozen, which every rank has. */
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor) {
   if (nodes->n_internal == 0 && nodes->ranks == NULL) return KITH_OK;
-  const struct line line =
-      line_of(boundary, nodes, radius_factor, -boundary->most[0], boundary->most[1], boundary->most[2]);
-  if (boundary->most[3] > 0) return not_finite(&line);
+  const struct line line = line_of(boundary, nodes, radius_factor, -boundary->most[MINUS_LOW],
+                                   boundary->most[HIGH], boundary->most[WIDEST]);
+  if (boundary->most[LOST] > 0) return not_finite(&line);
   const double length = boundary->upper - boundary->lower, spread = KITH_MAX(line.x_max - line.x_min, 0.0),
                far = (spread + line.search_radius) * (1 + 1e-12);
   if (!(far < KITH_MOST_IMAGES * length)) return too_many(&line);
@@ -199,8 +203,8 @@ kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes
 void kith_images_measure_shifts(struct kith_boundary *boundary, const struct kith_nodes *nodes,
                                 double radius_factor) {
   kith_images_measure(boundary, nodes, radius_factor);
-  boundary->most[0] = -boundary->range.low, boundary->most[1] = boundary->range.high;
-  boundary->most[2] = boundary->range.search_radius, boundary->most[3] = !boundary->range.finite;
+  boundary->most[MINUS_LOW] = -boundary->range.low, boundary->most[HIGH] = boundary->range.high;
+  boundary->most[WIDEST] = boundary->range.search_radius, boundary->most[LOST] = !boundary->range.finite;
 }
 
 kith_status kith_images_ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes,
