@@ -141,20 +141,20 @@ void kith_boundaries_move(struct kith_boundaries *boundaries, double time) {
       boundaries->boundary[b]->ops->move(boundaries->boundary[b], time);
 }
 
-/* Enforces the boundaries that keep lists, or those that do not. */
-static kith_status enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes, bool keeps_lists) {
+/* Enforces the boundaries that wrap, or those that mirror. */
+static kith_status enforce(struct kith_boundaries *boundaries, struct kith_nodes *nodes, bool wraps) {
   for (int b = 0; b < boundaries->n; ++b) {
     struct kith_boundary *boundary = boundaries->boundary[b];
-    if (boundary->ops->enforce != NULL && boundary->ops->keeps_lists == keeps_lists)
+    if (boundary->ops->enforce != NULL && boundary->ops->wraps == wraps)
       KITH_TRY(boundary->ops->enforce(boundary, nodes));
   }
   return KITH_OK;
 }
 
 kith_status kith_boundaries_mirror(struct kith_boundaries *boundaries, struct kith_nodes *nodes) {
-  return enforce(boundaries, nodes, true);
+  return enforce(boundaries, nodes, false);
 }
 
 kith_status kith_boundaries_wrap(struct kith_boundaries *boundaries, struct kith_nodes *nodes) {
-  return enforce(boundaries, nodes, false);
+  return enforce(boundaries, nodes, true);
 }

@@ -44,9 +44,10 @@ struct kith_boundary_ops {
   /* Called instead of `ghosts` on a rank that has failed, for members whose ranks wait for each other. NULL:
    * they do not wait. */
   void (*abstain)(struct kith_boundary *boundary, struct kith_nodes *nodes);
-  /* Puts internal nodes back: wraps into [lower, upper), or mirrors into [lower, upper] with all fields of
-   * the node. DIVERGED for a node that is not finite or more than a thousand lengths away; the others are put
-   * back. NULL: nothing to do. */
+  /* Puts internal nodes back. A boundary that `wraps` moves them into [lower, upper), after which neighbor
+   * lists have to be built again; the others mirror them into [lower, upper] with all fields of the node, and
+   * lists stay valid. DIVERGED for a node that is not finite or more than a thousand lengths away; the others
+   * are put back. NULL: nothing to do. */
   kith_status (*enforce)(struct kith_boundary *boundary, struct kith_nodes *nodes);
   /* For members whose ghosts are images across their faces (images.h): image n = -1, 1, -2, 2, ... is
    * x -> sign * x + shift (false: no such image); put_back returns internal node i from outside. */
@@ -64,7 +65,6 @@ struct kith_boundary_ops {
   bool mirrors;        /* an immovable mirror */
   bool wraps;          /* a node that leaves on one side comes back on the other: acts on both sides */
   bool one_side;       /* acts on one side, whose opposite side must be open */
-  bool keeps_lists;    /* lists stay valid when it is enforced: after steps, not before rebuilds only */
   bool enters, leaves; /* gas passes the face, from or to a zone of nodes behind it (flow.h) */
 };
 

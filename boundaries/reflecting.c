@@ -37,7 +37,6 @@ const struct kith_boundary_ops kith_boundary_reflecting = {
     KITH_IMAGES,
     .has_faces = true,
     .mirrors = true,
-    .keeps_lists = true,
 };
 
 struct piston {
@@ -68,5 +67,4 @@ const struct kith_boundary_ops kith_boundary_piston = {
     .face_velocity = face_velocity,
     .has_faces = true,
     .one_side = true,
-    .keeps_lists = true,
 };

@@ -194,7 +194,7 @@ static bool is_beyond(const struct kith_integrator *it, kith_index i) {
   const double *x = it->nodes->position->f64 + (size_t)i * NDIM;
   for (int k = 0; k < it->boundaries->n; ++k) {
     const struct kith_boundary *b = it->boundaries->boundary[k];
-    if (b->ops->keeps_lists &&
+    if (b->ops->enforce != NULL && !b->ops->wraps &&
         ((b->at_lower && x[b->axis] < b->lower) || (b->at_upper && x[b->axis] > b->upper)))
       return true;
   }

@@ -517,7 +517,6 @@ static void check_member(const struct kith_boundary_ops *ops) {
   CHECK(ops->doc != NULL && kith_boundary_find(ops->name) == ops);
   CHECK(!(ops->wraps && ops->one_side) && (ops->has_faces || !(ops->wraps || ops->one_side)));
   CHECK((ops->enforce != NULL) == (ops->has_faces && !kith_boundary_passes(ops)));
-  CHECK(!(ops->wraps && ops->keeps_lists)); /* wrapping takes a node away from its neighbors */
   check_refused(ops, NDIM, 0, 1, true, both);
   check_refused(ops, -1, 0, 1, true, both);
   check_refused(ops, 0, 1, 1, true, both);
