@@ -119,7 +119,7 @@ bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struc
                            const struct kith_box *reach, const struct kith_box *all) {
   for (int n = 0; n < boundaries->n; ++n) {
     const struct kith_boundary *b = boundaries->boundary[n];
-    if (!b->ops->has_faces || b->ops->move != NULL) return true;
+    if (!b->ops->has_faces || b->ops->face_velocity != NULL) return true;
     const int a = b->axis;
     const double out = KITH_MAX(b->lower - all->lower[a], all->upper[a] - b->upper);
     if (b->at_lower && !(reach->lower[a] > b->lower && inside->lower[a] > b->lower + out)) return true;
@@ -136,9 +136,11 @@ const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boun
 }
 
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time) {
-  for (int b = 0; b < boundaries->n; ++b)
-    if (boundaries->boundary[b]->ops->move != NULL)
-      boundaries->boundary[b]->ops->move(boundaries->boundary[b], time);
+  for (int k = 0; k < boundaries->n; ++k) {
+    struct kith_boundary *b = boundaries->boundary[k];
+    if (b->ops->face_velocity != NULL)
+      *(b->at_lower ? &b->lower : &b->upper) = b->start + b->ops->face_velocity(b->settings) * time;
+  }
 }
 
 /* Enforces the boundaries that wrap, or those that mirror. */

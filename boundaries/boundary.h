@@ -54,9 +54,8 @@ struct kith_boundary_ops {
   bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
   void (*put_back)(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i);
   void (*destroy)(struct kith_boundary *boundary); /* frees private state; NULL: none */
-  /* Moves its faces to their positions at this time; existing ghosts do not follow. NULL: faces are fixed. */
-  void (*move)(struct kith_boundary *boundary, double time);
-  double (*face_velocity)(const void *settings); /* along the axis; NULL: 0 */
+  /* Returns the velocity of its face along the axis, which is constant. NULL: its faces are fixed. */
+  double (*face_velocity)(const void *settings);
   /* Returns the nodes that it has taken out of the run, with the same lists and fields; borrowed. NULL: it
    * takes none. */
   const struct kith_nodes *(*held_nodes)(const struct kith_boundary *boundary);
@@ -152,7 +151,7 @@ bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struc
                            const struct kith_box *reach, const struct kith_box *all);
 /* Returns the nodes that a boundary has taken out of the run (at most one does), borrowed; NULL: none. */
 const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boundaries);
-/* Moves all faces to their positions at this time. */
+/* Moves all faces to their positions at this time; existing ghosts do not follow. */
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time);
 /* Put internal nodes back that have left the box: by mirrors and pistons, which may be done at any time as
  * neighbor lists stay valid; by boundaries that wrap, after which lists have to be built again. DIVERGED as

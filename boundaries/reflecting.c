@@ -51,11 +51,6 @@ static double face_velocity(const void *settings) {
   return settings == NULL ? 0 : ((const struct piston *)settings)->velocity;
 }
 
-static void move(struct kith_boundary *boundary, double time) {
-  *(boundary->at_lower ? &boundary->lower : &boundary->upper) =
-      boundary->start + face_velocity(boundary->settings) * time;
-}
-
 const struct kith_boundary_ops kith_boundary_piston = {
     .name = "piston",
     .doc =
@@ -63,7 +58,6 @@ const struct kith_boundary_ops kith_boundary_piston = {
         "other",
     KITH_SETTINGS(piston_params, piston),
     KITH_IMAGES,
-    .move = move,
     .face_velocity = face_velocity,
     .has_faces = true,
     .one_side = true,
