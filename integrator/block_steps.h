@@ -11,17 +11,22 @@
  *   4. packages run for active nodes, and the force pass for touched ones too (physics/block_steps.h);
  *   5. a touched node whose step is more than `ratio` times that of an active neighbor, or longer than its
  *      own limits now allow, is woken sooner: its step is cut short.
- * Where active nodes are few and far from all boundaries, a tick is local: only nodes near active ones are
+ *
+ * Local ticks. Where active nodes are few and far from all boundaries, only nodes near active ones are
  * predicted and updated in the search, and there are no ghosts; the state is bitwise the same. All nodes are
  * searched anew once candidates that have ceased to be neighbors have cost as much as a new search. With
- * several ranks no tick is local. At the end of the base step all nodes are active, so that the state is at
- * one time: there is output, and a run can restart. Nodes are mirrored then, and migrate at the first tick of
- * the next one. A base step is as long as the longest step that a node wants, at most 2^levels of the
- * shortest, a part of what is left until the next output, and shortened if that saves updates, since steps
- * are rounded down. With one level this is leapfrog with a global step.
+ * several ranks no tick is local.
  *
- * Individual steps: Saitoh and Makino (2009, ApJ 697, L99), Durier and Dalla Vecchia (2012, MNRAS 419, 465)
- * for what goes wrong without steps 2 (ratio) and 5. */
+ * The end of a base step. All nodes are active, so that the state is at one time: there is output, and a run
+ * can restart. Nodes are mirrored then; they are wrapped and migrate at the first tick of the next base step.
+ *
+ * The length of a base step is that of the longest step that a node wants, but at most 2^levels times that of
+ * the shortest, and a whole fraction of the time that is left until the next output. Since the steps of nodes
+ * are rounded down to powers of two of it, it is shortened if that saves updates. With one level this is
+ * leapfrog with a global step.
+ *
+ * What goes wrong without the limit by `ratio` in 2, and without 5: Saitoh and Makino (2009, ApJ 697, L99),
+ * Durier and Dalla Vecchia (2012, MNRAS 419, 465). */
 #ifndef KITH_INTEGRATOR_BLOCK_STEPS_H
 #define KITH_INTEGRATOR_BLOCK_STEPS_H
 
