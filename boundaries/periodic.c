@@ -11,7 +11,7 @@ static const struct kith_param periodic_params[] = {
     {"images", KITH_PARAM_CHOICE, "ghosts", "ghosts|shifts",
      "images are nodes; or there are none, and row entries say by how many box lengths a neighbor is "
      "displaced",
-     KITH_INTO(struct periodic, shifts), .role = KITH_ROLE_FREE},
+     KITH_INTO(struct periodic, shifts), .restart_may_change = true},
     {0}};
 
 static bool are_shifts(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {

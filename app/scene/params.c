@@ -397,7 +397,7 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
                          : a->kind != b->kind && a->kind != KITH_CONFIG_LIST && b->kind != KITH_CONFIG_LIST;
   const struct kith_param *kind =
       mixed && row != NULL && row->form == KITH_FORM_VALUE ? find_chooser(row->params) : NULL;
-  if (a->null || (row != NULL && row->role != KITH_ROLE_STATE)) return false;
+  if (a->null || (row != NULL && row->restart_may_change)) return false;
   if (kind != NULL && a->kind == KITH_CONFIG_SCALAR) return false; /* found the other way round */
   if (b == NULL && is_default(row, a)) return false;
   if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind && kind == NULL) ||
@@ -414,7 +414,7 @@ static bool find_difference(const struct kith_param *rows, const struct kith_par
     }
     const struct kith_param *below = child->key != NULL && !named ? kith_params_find(rows, child->key) : NULL;
     const struct kith_param *chooser = below == NULL && !named ? find_chooser(rows) : NULL;
-    if (chooser != NULL && chooser->role != KITH_ROLE_STATE) continue; /* the choice of the member is free */
+    if (chooser != NULL && chooser->restart_may_change) continue; /* the choice of the member is free */
     if (chooser != NULL && child->key != NULL) below = row_of_member(chooser, child->key, a, b);
     if (child->key == NULL) below = row;
     if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))

@@ -9,8 +9,7 @@
 #include <string.h>
 
 #define IN(member) KITH_INTO(struct kith_scene, member)
-#define FREE .role = KITH_ROLE_FREE
-#define OUTPUT .role = KITH_ROLE_OUTPUT
+#define FREE .restart_may_change = true
 
 #define KERNEL_CHOICE(name, word, ...) "|" word
 static const struct kith_param method_params[] = {
@@ -64,7 +63,7 @@ static const struct kith_param connectivity_params[] = {
      "of the lists of probes and contacts: csr, padded:width=64, compressed (kith list storage)",
      IN(connectivity.storage), .family = kith_storage_member, FREE},
     {"contacts", KITH_PARAM_OTHER, "", "", "pairs of materials: contacts.csv tells how their nodes meet",
-     KITH_BELOW(kith_contact_params, LIST), OUTPUT},
+     KITH_BELOW(kith_contact_params, LIST), FREE},
     {0}};
 
 static const struct kith_param partition_params[] = {
@@ -99,7 +98,7 @@ static const struct kith_param measure_params[] = {
 #undef X
         {"rate", KITH_PARAM_NUMBER, "0", "[0, inf)",
          "growth rate of the mode by linear theory, drawn beside its amplitude; 0: not known",
-         IN(measure.rate), OUTPUT},
+         IN(measure.rate), FREE},
     {0}};
 
 static const struct kith_param output_params[] = {
@@ -119,8 +118,8 @@ static const struct kith_param output_params[] = {
 static const struct kith_param scene_params[] = {
     {"base", KITH_PARAM_OTHER, "", "",
      "another scene file to start from; the keys that follow replace its own, and may have dots",
-     .params = NULL, OUTPUT},
-    {"scene", KITH_PARAM_NAME, "", "", "name of the scene; none: that of the file", IN(name), OUTPUT},
+     .params = NULL, FREE},
+    {"scene", KITH_PARAM_NAME, "", "", "name of the scene; none: that of the file", IN(name), FREE},
     {KITH_DIMENSION_PARAM, IN(dimension)},
     {"resolution", KITH_PARAM_NUMBER, NULL, "(0, inf)", "nodes per unit length in the densest region",
      IN(resolution)},
@@ -159,13 +158,13 @@ static const struct kith_param scene_params[] = {
      IN(follows)},
     {"until", KITH_PARAM_NUMBER, NULL, "[0, inf)", "time at the end", IN(until), FREE},
     {"exact", KITH_PARAM_OTHER, "", "", "the exact solution to compare with",
-     KITH_BELOW(kith_exact_params, MAP), OUTPUT},
+     KITH_BELOW(kith_exact_params, MAP), FREE},
     {"probes", KITH_PARAM_OTHER, "", "",
      "points at which fields are interpolated while the run goes on, into probes.h5",
-     KITH_BELOW(kith_probe_params, LIST), OUTPUT},
+     KITH_BELOW(kith_probe_params, LIST), FREE},
     {"measure", KITH_PARAM_MAP, "", "", "what is measured at the end, beside the exact solution",
      KITH_BELOW(measure_params, MAP)},
-    {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP), OUTPUT},
+    {"output", KITH_PARAM_MAP, "", "", "what is written", KITH_BELOW(output_params, MAP), FREE},
     {0}};
 
 /* Checks the name of the scene: results go to out/NAME unless told otherwise. */

@@ -71,13 +71,6 @@ struct kith_selected {
   void *settings;
 };
 
-/* May a restart change the parameter? */
-enum kith_param_role {
-  KITH_ROLE_STATE,  /* no: the state depends on it */
-  KITH_ROLE_OUTPUT, /* yes: it says what is written, or until when */
-  KITH_ROLE_FREE    /* yes: it says how things are computed */
-};
-
 struct kith_param {
   const char *key; /* NULL ends a table */
   enum kith_param_kind kind;
@@ -88,12 +81,11 @@ struct kith_param {
   size_t offset, size;
   const struct kith_param *params; /* MAP: its rows; OTHER: rows for the reference */
   enum kith_param_form form;
-  kith_family *family;       /* MEMBER, NAME: who can be chosen; NULL: none */
-  bool derives;              /* MEMBER: required parameters may be left out if they follow from the scene */
-  enum kith_param_role role; /* of a map: of all that is in it */
-  /* "steps=block", "name!=none": the row means nothing unless another one has this value, or another
-   * value. */
-  const char *needs;
+  kith_family *family;     /* MEMBER, NAME: who can be chosen; NULL: none */
+  bool derives;            /* MEMBER: what a member requires need not be given if it follows from the scene */
+  bool restart_may_change; /* the state does not depend on it; of a map: nor on anything in it */
+  const char *needs;       /* "steps=block", "name!=none": the row means nothing unless another row has this
+                              * value, or has another value than this */
 };
 
 /* A row ends with one of these: where its value goes, or the rows below it. */

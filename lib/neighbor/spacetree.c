@@ -37,7 +37,7 @@ struct spacetree_settings {
 static const struct kith_param params[] = {
     {"layout", KITH_PARAM_CHOICE, "contiguous", "contiguous|scattered",
      "the nodes of a vertex follow one another in memory, or stay where they are",
-     KITH_INTO(struct spacetree_settings, scattered), .role = KITH_ROLE_FREE},
+     KITH_INTO(struct spacetree_settings, scattered), .restart_may_change = true},
     {0}};
 
 static bool is_scattered(const struct kith_search *search) {
