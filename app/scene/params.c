@@ -375,50 +375,49 @@ static bool is_default(const struct kith_param *row, const struct kith_config_no
   return value->kind == KITH_CONFIG_SCALAR && same_text(value->text, default_of(row, value, text));
 }
 
-/* The row of a key that the chosen member has, in either of two scenes, of which b may be NULL. */
-static const struct kith_param *row_of_member(const struct kith_param *chooser, const char *key,
-                                              const struct kith_config_node *a,
-                                              const struct kith_config_node *b) {
+/* Finds the row of a key in a map: in its table, or in that of the member that either scene chooses. If a
+ * restart may choose another member, the keys of that member have the row of the choice, too. */
+static const struct kith_param *row_of_key(const struct kith_param *rows, const char *key,
+                                           const struct kith_config_node *a,
+                                           const struct kith_config_node *b) {
+  const struct kith_param *row = kith_params_find(rows, key), *chooser = find_chooser(rows);
+  if (row != NULL || chooser == NULL || chooser->restart_may_change) return row != NULL ? row : chooser;
   const struct kith_config_node *named = kith_config_child(a, chooser->key);
   if (named == NULL) named = kith_config_child(b, chooser->key);
   const char *name = named != NULL ? named->text : chooser->fallback;
   return name != NULL ? kith_params_find(kith_family_member(chooser->family, name).params, key) : NULL;
 }
 
-/* Finds the first key whose values a and b (NULL: not given) differ. `swapped`: b goes first into `found`. */
+/* Finds the first value in `a` that `b` (NULL: not given) does not have as well. `row` describes both, `rows`
+ * the entries below them. Sets found[0] to the node of the value in `a`, and found[1] to that in `b`. */
 static bool find_difference(const struct kith_param *rows, const struct kith_param *row,
-                            const struct kith_config_node *a, const struct kith_config_node *b, bool swapped,
+                            const struct kith_config_node *a, const struct kith_config_node *b,
                             const struct kith_config_node *found[2]) {
-  char index[16];
   const bool named = row != NULL && row->params != NULL && row->form == KITH_FORM_NAMED; /* keys are names */
-  /* One is a map {kind: NAME, ...}, and the other NAME alone or the default, which stand for {kind: NAME}. */
-  const bool mixed = b == NULL
-                         ? a->kind == KITH_CONFIG_MAP
-                         : a->kind != b->kind && a->kind != KITH_CONFIG_LIST && b->kind != KITH_CONFIG_LIST;
+  /* A boundary is a map {kind: NAME, ...}, or NAME alone, which is the same as {kind: NAME}. */
   const struct kith_param *kind =
-      mixed && row != NULL && row->form == KITH_FORM_VALUE ? find_chooser(row->params) : NULL;
+      row != NULL && row->form == KITH_FORM_VALUE ? find_chooser(row->params) : NULL;
   if (a->null || (row != NULL && row->restart_may_change)) return false;
-  if (kind != NULL && a->kind == KITH_CONFIG_SCALAR) return false; /* found the other way round */
-  if (b == NULL && is_default(row, a)) return false;
-  if ((b == NULL && a->kind != KITH_CONFIG_MAP) || (b != NULL && a->kind != b->kind && kind == NULL) ||
-      (a->kind == KITH_CONFIG_SCALAR && !same_text(a->text, b->text))) {
-    found[swapped] = a, found[!swapped] = b;
-    return true;
+  if (kind != NULL && a->kind == KITH_CONFIG_SCALAR && b != NULL && b->kind == KITH_CONFIG_MAP)
+    b = kith_config_child(b, kind->key);
+  const bool apart = b == NULL ? a->kind == KITH_CONFIG_LIST
+                               : a->kind != b->kind && !(kind != NULL && b->kind == KITH_CONFIG_SCALAR);
+  if (a->kind == KITH_CONFIG_SCALAR || apart) {
+    found[0] = a, found[1] = b;
+    return b == NULL ? !is_default(row, a) : apart || !same_text(a->text, b->text);
   }
   for (const struct kith_config_node *child = a->first; child != NULL; child = child->next) {
+    char index[16];
     snprintf(index, sizeof index, "%d", child->index);
-    const struct kith_config_node *other = kith_config_child(b, child->key != NULL ? child->key : index);
-    if (kind != NULL && strcmp(child->key, kind->key) == 0) {
-      if (b == NULL && is_default(row, child)) continue;
-      other = b;
-    }
-    const struct kith_param *below = child->key != NULL && !named ? kith_params_find(rows, child->key) : NULL;
-    const struct kith_param *chooser = below == NULL && !named ? find_chooser(rows) : NULL;
-    if (chooser != NULL && chooser->restart_may_change) continue; /* the choice of the member is free */
-    if (chooser != NULL && child->key != NULL) below = row_of_member(chooser, child->key, a, b);
-    if (child->key == NULL) below = row;
-    if (find_difference(below != NULL ? below->params : rows, below, child, other, swapped, found))
-      return true;
+    const bool is_kind = kind != NULL && child->key != NULL && strcmp(child->key, kind->key) == 0;
+    const struct kith_param *below = is_kind || child->key == NULL ? row
+                                     : named                       ? NULL
+                                                                   : row_of_key(rows, child->key, a, b);
+    const struct kith_config_node *other =
+        is_kind && b != NULL && b->kind == KITH_CONFIG_SCALAR
+            ? b
+            : kith_config_child(b, child->key != NULL ? child->key : index);
+    if (find_difference(below != NULL ? below->params : rows, below, child, other, found)) return true;
   }
   return false;
 }
@@ -439,11 +438,10 @@ kith_status kith_config_compare(const struct kith_param *params, const struct ki
                                 const struct kith_config_node *then) {
   char path[512], text[2][64];
   const struct kith_config_node *found[2];
-  if (!find_difference(params, NULL, now, then, false, found) &&
-      !find_difference(params, NULL, then, now, true, found))
-    return KITH_OK;
-  kith_config_path(found[found[0] == NULL], NULL, path, sizeof path);
-  show_value(found[0], text[0]), show_value(found[1], text[1]);
+  const bool in_now = find_difference(params, NULL, now, then, found);
+  if (!in_now && !find_difference(params, NULL, then, now, found)) return KITH_OK;
+  show_value(found[!in_now], text[0]), show_value(found[in_now], text[1]);
+  kith_config_path(in_now || found[1] == NULL ? found[0] : found[1], NULL, path, sizeof path);
   KITH_FAIL(BAD_INPUT, "written by another scene or with other settings: %s is %s there, and %s now", path,
             text[1], text[0]);
 }
