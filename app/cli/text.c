@@ -1,6 +1,7 @@
 /* text.c - wrapped text and quantities with units. */
 #include "app/cli/text.h"
 
+#include <stdarg.h>
 #include <string.h>
 
 void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text) {
@@ -16,6 +17,16 @@ void kith_text_wrapped(FILE *out, int indent, const char *label, const char *tex
     p += length;
     p += strspn(p, " ");
   } while (*p != '\0');
+}
+
+void kith_text_line(const char *label, const char *format, ...) {
+  char text[2048], indented[32];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  snprintf(indented, sizeof indented, "  %s", label);
+  kith_text_wrapped(stdout, 16, indented, text);
 }
 
 const char *kith_text_bytes(char text[32], double bytes) {

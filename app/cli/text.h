@@ -8,6 +8,8 @@ enum { KITH_TEXT_WIDTH = 100 };
 
 /* Writes `label` at the left, and `text` behind column `indent`, wrapped there. */
 void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text);
+/* Prints a line of a list of facts: two blanks, `label`, and from column 16 on the text. */
+__attribute__((format(printf, 2, 3))) void kith_text_line(const char *label, const char *format, ...);
 /* Writes "4.7 MiB" and "22.7 ms"; returns `text`. */
 const char *kith_text_bytes(char text[32], double bytes);
 const char *kith_text_seconds(char text[32], double seconds);

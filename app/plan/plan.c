@@ -54,11 +54,11 @@ static void show_materials(const struct kith_plan *plan) {
     struct text eos = {""};
     add(&eos, "", "%s", material->eos->name);
     add_settings(&eos, material->eos->params, material->settings);
-    kith_plan_line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
+    kith_text_line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
                    plan->node_ratio * (nodes->lists[l].count + frozen), eos.s);
   }
   if (held != NULL)
-    kith_plan_line("", "%-12s %9.0f of these nodes; they never move", "frozen",
+    kith_text_line("", "%-12s %9.0f of these nodes; they never move", "frozen",
                    plan->node_ratio * held->n_internal);
 }
 
@@ -151,27 +151,27 @@ static void show_lifecycle(const struct kith_plan *plan) {
   const double lists = fmax((double)(l->lifecycles - started->lifecycles), 1),
                scale = plan->node_ratio / plan->resolution_ratio / lists;
   struct text text = {""};
-  kith_plan_line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
+  kith_text_line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
   for (int k = 0; k < m->rebuilds.n; ++k)
     add(&text, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name, m->rebuilds.policy[k].ops->doc);
-  kith_plan_line("rebuild",
+  kith_text_line("rebuild",
                  kith_rebuilds_lasting(&m->rebuilds)
                      ? "%s; skin %.3g of the support"
                      : "%s; %.3g of the support more, should it grow in the step",
                  text.s, it->skin);
   if (m->boundaries.n == 0)
-    kith_plan_line("ghosts", "none: no boundary creates any");
+    kith_text_line("ghosts", "none: no boundary creates any");
   else
-    kith_plan_line("ghosts", "%.0f created at the start, %.0f culled, %.0f kept%s",
+    kith_text_line("ghosts", "%.0f created at the start, %.0f culled, %.0f kept%s",
                    scale * (double)(l->ghosts_created - started->ghosts_created),
                    scale * (double)(l->ghosts_culled - started->ghosts_culled),
                    scale * (double)(l->ghosts_kept - started->ghosts_kept),
                    it->cull ? "" : "; culling is off");
   if (it->reorder_every > 0)
-    kith_plan_line("reordering", "along the space-filling curve, checked every %d lifecycles",
+    kith_text_line("reordering", "along the space-filling curve, checked every %d lifecycles",
                    it->reorder_every);
   else
-    kith_plan_line("reordering", "never");
+    kith_text_line("reordering", "never");
 }
 
 /* Prints an evaluation at the start, and what it consists of, in the order of the first call: the passes of
@@ -196,7 +196,7 @@ static void show_evaluation(const struct kith_plan *plan) {
       if (calls > 1) add(&text, " ", "x %d", (int)calls);
       add(&text, " ", "%s", kith_text_seconds(time, plan->evaluation / all * stage[s].seconds));
     }
-  kith_plan_line("evaluation", "%s at the start: %s", kith_text_seconds(time, plan->evaluation), text.s);
+  kith_text_line("evaluation", "%s at the start: %s", kith_text_seconds(time, plan->evaluation), text.s);
 }
 
 /* Prints the parameters of a package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
@@ -205,7 +205,7 @@ static void show_settings(const char *label, const struct kith_param *params, co
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
     if (p->kind == KITH_PARAM_MAP) show_settings(p->key, p->params, settings);
   add_settings(&text, params, settings);
-  if (text.s[0] != '\0') kith_plan_line(label, "%s", text.s);
+  if (text.s[0] != '\0') kith_text_line(label, "%s", text.s);
 }
 
 /* Prints whether gas at rest stays on each lattice of the scene, as where kith_lattice_stiffness() > 0, which
@@ -226,9 +226,9 @@ static void show_lattices(const struct kith_plan *plan) {
     const char *name = kith_lattice_names[k];
     if (!used[k] || !isfinite(stiffness[k])) continue;
     if (stiffness[k] > 0)
-      kith_plan_line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", name, stiffness[k]);
+      kith_text_line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", name, stiffness[k]);
     else
-      kith_plan_line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s",
+      kith_text_line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s",
                      name, stiffness[k], stiff.s[0] != '\0' ? stiff.s : "none");
   }
 }
@@ -236,27 +236,27 @@ static void show_lattices(const struct kith_plan *plan) {
 static void show_method(const struct kith_plan *plan) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_package *p = &m->package;
-  kith_plan_line("method", "%s: %s", p->ops->name, p->ops->doc);
-  kith_plan_line(
+  kith_text_line("method", "%s: %s", p->ops->name, p->ops->doc);
+  kith_text_line(
       "kernel", "%s, %.4g neighbors (%s)", kith_kernel_facts[p->kernel].name, p->neighbors,
       m->scene->method.neighbors > 0 ? "as the scene says" : "the default of this package and kernel");
   show_settings("settings", p->ops->params, p->settings);
   show_lattices(plan);
   for (const struct kith_package *added = p->next; added != NULL; added = added->next) {
-    kith_plan_line("added", "%s: %s", added->ops->name, added->ops->doc);
+    kith_text_line("added", "%s: %s", added->ops->name, added->ops->doc);
     show_settings("settings", added->ops->params, added->settings);
   }
-  kith_plan_line("energy", "%s",
+  kith_text_line("energy", "%s",
                  p->compatible ? "compatible: from the work of pairs, conserved to round-off"
                                : "thermal: its own equation");
-  kith_plan_line(
+  kith_text_line(
       "traversal", "%s (%s)", by_pairs(plan, p) ? "pairs" : "gather",
       m->scene->reproducible           ? "reproducible: rows are summed in the order of the ids of nodes"
       : m->scene->traversal[0] != '\0' ? "as the scene says"
       : NDIM > 1                       ? "the default: a pair within a tile of nodes is evaluated once"
                  : "the default of 1-D: rows are short, and evaluating a pair at both its ends is faster");
   show_evaluation(plan);
-  kith_plan_line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
+  kith_text_line("scheme", "%s: %s", m->integrator.scheme->name, m->integrator.scheme->doc);
 }
 
 /* Ghosts grow as a surface with the resolution, and are a smaller part of the nodes of a large scene. */
@@ -282,11 +282,11 @@ static void show_dt(const struct kith_plan *plan, double until) {
   const struct kith_timestep_limit *limit = &it->timestep_limit;
   const double first = limit->dt / plan->resolution_ratio, release = kith_deposits_next(plan->scene, 0),
                end = fmin(until, release);
-  kith_plan_line(
+  kith_text_line(
       "Courant", "%.3g (%s)", it->cfl,
       plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
   if (kith_scheme_has_blocks(it->scheme, it->settings))
-    kith_plan_line("base step",
+    kith_text_line("base step",
                    "%.4g at first%s; the shortest step is that of node %lld, which allows %.4g (%s)",
                    fmin(first, end),
                    first <= end  ? ""
@@ -294,10 +294,10 @@ static void show_dt(const struct kith_plan *plan, double until) {
                                  : ", the whole run",
                    (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
   else if (it->fixed_dt > 0)
-    kith_plan_line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
+    kith_text_line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",
                    it->fixed_dt, plan->full_dt, kith_limit_name(limit->reason), (long long)limit->node);
   else
-    kith_plan_line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s)", first,
+    kith_text_line("first dt", "%.4g: a tenth, for the start, of %.4g that node %lld allows (%s)", first,
                    plan->full_dt, (long long)limit->node, kith_limit_name(limit->reason));
 }
 
@@ -319,12 +319,12 @@ static void show_steps(const struct kith_calibration *c, kith_status calibrated,
            reached);
   const char *label = parts ? "updates" : "steps";
   if (calibrated == KITH_OK)
-    kith_plan_line(label, "%s%s", many,
+    kith_text_line(label, "%s%s", many,
                    c->resolution < resolution || c->reached < until
                        ? taken
                        : ", counted by running the scene to its end");
   else
-    kith_plan_line(label, "%s, an estimate: %s; calibration: %s", many,
+    kith_text_line(label, "%s, an estimate: %s; calibration: %s", many,
                    fixed   ? "all of the same length"
                    : parts ? "as many as if all nodes were updated in each step"
                            : "dt grows by a quarter a step and then stays as it is now",
@@ -353,7 +353,7 @@ static void show_cost(struct kith_plan *plan, const struct kith_options *options
   plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
   if (calibrated == KITH_OK && !fixed) steps = c.expected;
   show_steps(&c, calibrated, fixed, parts, plan->scene->resolution, steps, until);
-  kith_plan_line(
+  kith_text_line(
       "cost",
       "about %s: %.3g %s of %d evaluation%s, which take%s %.2f times as long as at the start; %d thread%s",
       kith_text_seconds(all, steps * it->evaluations * plan->evaluation * plan->growth), steps,
@@ -420,13 +420,13 @@ static void show_cheaper(const struct kith_plan *plan, const struct kith_options
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     if (settings[k] != NULL && is_accepted(options, settings[k]))
-      kith_plan_line(label, "%s", settings[k]), label = "";
+      kith_text_line(label, "%s", settings[k]), label = "";
 }
 
 static void show(struct kith_plan *plan, const struct kith_options *options, double until) {
   printf("%s, %d-D: what will be built and why; nothing is written\n\n", plan->scene->name, NDIM);
   if (plan->coarse != NULL)
-    kith_plan_line("simulated",
+    kith_text_line("simulated",
                    "resolution %.4g, %d nodes; what follows is scaled to %.4g, %.3g times as many",
                    plan->coarse->resolution, plan->simulation->nodes->n_internal, plan->scene->resolution,
                    plan->node_ratio);

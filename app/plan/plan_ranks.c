@@ -34,7 +34,7 @@ static void show_memory_of_rank(const struct kith_plan *plan, const char *partit
   for (int k = 0; k < KITH_SIMULATION_STRUCTURES; ++k)
     sum += (double)bytes[k].bytes *
            (bytes[k].of_ghosts ? (own + ghosts) / kith_nodes_count(nodes) : own / nodes->n_internal);
-  kith_plan_line("memory",
+  kith_text_line("memory",
                  "%s a rank with %s: of %.0f nodes, %.0f ghosts and images, and %s of the map of cells",
                  kith_text_bytes(all, sum), partitioner, own, ghosts, kith_text_bytes(map, CELL * f->cells));
 }
@@ -90,11 +90,11 @@ kith_status kith_plan_ranks(struct kith_plan *plan, const struct kith_options *o
   printf("\n  on %d ranks: %.1f nodes and %.0f row entries a rank\n", n_ranks,
          plan->node_ratio * m->nodes->n_internal / n_ranks,
          plan->node_ratio * (double)m->integrator.ledger.last_row_entries / n_ranks);
-  kith_plan_line("a step",
+  kith_text_line("a step",
                  "%s on one rank; %.1f collective calls, %.1f messages to a neighbor, %.1f to a peer",
                  kith_text_seconds(seconds, cost.seconds), cost.rehearsal.collectives, cost.rehearsal.told,
                  cost.rehearsal.created + cost.rehearsal.kept);
-  kith_plan_line(
+  kith_text_line(
       "a message", "%s, its bytes %s a second, a collective call %s log2 N (machine: of the scene)",
       kith_text_seconds(latency, cost.machine.latency), kith_text_bytes(bandwidth, cost.machine.bandwidth),
       kith_text_seconds(collective, cost.machine.collective));
