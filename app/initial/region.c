@@ -108,13 +108,6 @@ kith_status kith_region_displace(const struct kith_region *region, const struct 
   return KITH_OK;
 }
 
-/* Is the material torn, in tension beyond its equation of state? */
-static bool tears(const struct kith_material *material, const struct kith_region_state *state) {
-  double pressure, sound_speed;
-  kith_material_state(material, 1, &state->density, &state->energy, &pressure, &sound_speed);
-  return sound_speed == 0;
-}
-
 kith_status kith_region_state(const struct kith_region *region, const struct kith_material *material,
                               const double *x, struct kith_region_state *state) {
   static const char *const name[3] = {"velocity along x", "velocity along y", "velocity along z"};
@@ -128,14 +121,15 @@ kith_status kith_region_state(const struct kith_region *region, const struct kit
   } else {
     KITH_TRY(value_of(region, region->pressure, "pressure", x, &state->pressure));
     state->energy = kith_material_energy(material, state->density, state->pressure);
-    if (state->pressure < 0 && tears(material, state)) return refuse(region, "pressure", state->pressure, x);
-    if (!kith_pressure_holds(material, state->density, state->energy, state->pressure))
-      return refuse(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   }
+  kith_material_state(material, 1, &state->density, &state->energy, &pressure, &sound_speed);
+  if (state->pressure < 0 && sound_speed == 0) /* a tension that tears the material */
+    return refuse(region, "pressure", state->pressure, x);
+  if (!region->energy && !kith_pressure_holds(material, state->density, state->energy, state->pressure))
+    return refuse(region, "pressure is not what its eos has at this density: it", state->pressure, x);
   const bool possible = isfinite(state->energy) && (state->energy >= 0 || !material->eos->energy_positive);
   if (!possible) return refuse(region, "energy", state->energy, x);
-  /* Now, since no step checks frozen nodes: they would drive the gas beside them without limit. */
-  kith_material_state(material, 1, &state->density, &state->energy, &pressure, &sound_speed);
+  /* No step checks frozen nodes later, and they would drive the gas beside them without limit. */
   const char *outside = kith_material_outside(material, state->density, state->energy, pressure, sound_speed);
   return outside == NULL ? KITH_OK
                          : kith_config_fail(region->node, NULL, "%s (density %g, energy %g) at " KITH_PLACE,
