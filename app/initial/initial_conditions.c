@@ -68,7 +68,7 @@ static kith_status fit_lattice(struct plan *plan, double spacing, double volume)
 /* Fits the lattices of all regions. Equal mass: the volume of a node in the other regions follows from the
  * mass that a node got in the densest one, so that the rounding of cells there does not count twice. */
 static kith_status fit_lattices(struct setup *s) {
-  const double spacing = 1 / s->scene->resolution;
+  const double finest = 1 / s->scene->resolution;
   struct plan *densest = NULL; /* of the regions whose spacing is not given */
   for (int k = 0; k < s->scene->n_regions; ++k) {
     struct plan *plan = &s->plan[s->n_plans++];
@@ -78,19 +78,17 @@ static kith_status fit_lattices(struct setup *s) {
     KITH_TRY(kith_region_mean_density(plan->region, &plan->box, &plan->mean_density));
     if (densest == NULL || plan->mean_density > densest->mean_density) densest = plan;
   }
-  if (densest != NULL) KITH_TRY(fit_lattice(densest, spacing, 0));
+  if (densest != NULL) KITH_TRY(fit_lattice(densest, finest, 0));
   for (int k = 0; k < s->scene->n_regions; ++k) {
     struct plan *plan = &s->plan[k];
     if (plan == densest) continue;
     const bool given = plan->region->spacing > 0;
-    double volume = 0;
-    if (!given && s->scene->arrangement == KITH_EQUAL_MASS)
+    double spacing = given ? plan->region->spacing : finest, volume = 0;
+    if (!given && s->scene->arrangement == KITH_EQUAL_MASS) {
       volume = densest->fit.site_volume * densest->mean_density / plan->mean_density;
-    KITH_TRY(fit_lattice(plan,
-                         given        ? plan->region->spacing
-                         : volume > 0 ? kith_root_dim(volume)
-                                      : spacing,
-                         volume));
+      spacing = kith_root_dim(volume);
+    }
+    KITH_TRY(fit_lattice(plan, spacing, volume));
   }
   return KITH_OK;
 }
