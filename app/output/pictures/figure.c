@@ -149,7 +149,7 @@ static struct kith_range colors_of(const struct kith_figure_map *map) {
   return isfinite(colors.lower) ? colors : (struct kith_range){0, 1};
 }
 
-kith_status kith_figure_map(struct kith_figure *g, const struct kith_figure_map *map) {
+void kith_figure_map(struct kith_figure *g, const struct kith_figure_map *map) {
   static const char rising[] =
       "0 '#440154', 1 '#472d7b', 2 '#3b528b', 3 '#2c728e', 4 '#21918c', 5 '#28ae80', "
       "6 '#5ec962', 7 '#addc30', 8 '#fde725'",
@@ -159,7 +159,7 @@ kith_status kith_figure_map(struct kith_figure *g, const struct kith_figure_map 
                high = map->pixels[1] * size[1], longest = KITH_MAX(wide, high),
                step = kith_range_tics((struct kith_range){0, longest}),
                span = (high < 0.35 * longest ? 1.6 : 1) * (colors.upper - colors.lower);
-  KITH_TRY(write_pixels(g, map));
+  if (g->status == KITH_OK) g->status = write_pixels(g, map);
   kith_figure_panel(g, map->title, map->labels[0], map->labels[1], false);
   fprintf(
       g->file->stream,
@@ -170,7 +170,6 @@ kith_status kith_figure_map(struct kith_figure *g, const struct kith_figure_map 
       map->has_sign ? signs : rising, kith_range_tics((struct kith_range){0, span}), colors.lower,
       colors.upper, step, step, lower[0], lower[0] + wide, lower[1], lower[1] + high, map->file,
       map->pixels[0], map->pixels[1], size[0], size[1], lower[0] + 0.5 * size[0], lower[1] + 0.5 * size[1]);
-  return KITH_OK;
 }
 
 kith_status kith_figure_close(struct kith_figure *g) {
@@ -178,6 +177,8 @@ kith_status kith_figure_close(struct kith_figure *g) {
   free(g->legend_text);
   fputs("unset multiplot\nset output\n", g->file->stream);
   if (!g->png_only) fprintf(g->file->stream, "if (!pdf) reset; pdf = 1; load '%s.gp'\n", g->name);
+  if (g->status != KITH_OK) kith_atomic_file_abandon(&g->file);
+  KITH_TRY(g->status);
   KITH_TRY(kith_atomic_file_commit(&g->file, false));
   if (kith_gnuplot_run(g->directory, g->name) != KITH_OK)
     fprintf(stderr, "kith: warning: %s\n", kith_failure());

@@ -20,9 +20,10 @@ struct kith_figure_layout {
 struct kith_figure {
   struct kith_figure_layout layout;
   char directory[KITH_PATH], name[48];
-  struct kith_atomic_file *file;
-  bool png_only; /* no pdf: one of many pictures */
-  int n_panels;  /* so far */
+  struct kith_atomic_file *file; /* the script */
+  kith_status status;            /* of the pixels of maps, which are files of their own */
+  bool png_only;                 /* no pdf: one of many pictures */
+  int n_panels;                  /* so far */
   /* Of the present panel: what its plot command says of the series. */
   int n_series, n_points;
   FILE *plot;
@@ -69,12 +70,12 @@ __attribute__((format(printf, 3, 4))) void kith_figure_series(struct kith_figure
 void kith_figure_point(struct kith_figure *figure, double x, double y);
 /* Ends a panel, with a dashed line across it at y = level. */
 void kith_figure_draw(struct kith_figure *figure, double level);
-/* Ends the panel of a map; writes its pixels. BAD_FILE. */
-kith_status kith_figure_map(struct kith_figure *figure, const struct kith_figure_map *map);
+/* Adds the panel of a map, and writes its pixels. kith_figure_close tells if they could not be written. */
+void kith_figure_map(struct kith_figure *figure, const struct kith_figure_map *map);
 /* Draws a legend below panels whose plot commands the caller writes. entries: what `plot` takes. */
 void kith_figure_legend(struct kith_figure *figure, const char *entries);
 /* Writes the script and runs gnuplot. A figure is no reason to lose a study: what goes wrong with gnuplot is
- * a warning on stderr; BAD_FILE if the script cannot be written. */
+ * a warning on stderr. BAD_FILE if the script, or the pixels of a map, could not be written. */
 kith_status kith_figure_close(struct kith_figure *figure);
 
 #endif

@@ -28,9 +28,10 @@ struct picture {
   bool tube; /* the nodes fill a box that is long in x alone */
   int n, columns;
   struct panel panel[KITH_PICTURE_PANELS];
-  int64_t total, before; /* nodes of all ranks, and of those before this one */
-  char *rows;            /* [n_rows][1 + panels] place and values of nodes that are shown; owned */
-  size_t n_rows;         /* of all ranks */
+  int n_curves, curve[KITH_PICTURE_PANELS]; /* the panels that are curves */
+  int64_t total, before;                    /* nodes of all ranks, and of those before this one */
+  char *rows;    /* [n_rows][1 + n_curves] place and values of nodes that are shown; owned */
+  size_t n_rows; /* of all ranks */
   double mean[BINS][2 + KITH_PICTURE_PANELS]; /* sums of V, V times place, V times value */
   struct kith_map plane;                      /* of maps */
   float *pixels[KITH_PICTURE_PANELS];         /* owned */
@@ -89,6 +90,7 @@ static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
 
 static void add_panel(struct picture *f, enum kith_picture_field field, bool error, bool map) {
   if (f->n == KITH_PICTURE_PANELS || (error && f->plot->exact == NULL)) return;
+  if (!map) f->curve[f->n_curves++] = f->n;
   f->panel[f->n++] = (struct panel){field, error, map, KITH_NO_RANGE, KITH_NO_RANGE};
 }
 
@@ -183,7 +185,7 @@ static kith_status collect_nodes(struct picture *f) {
   const struct kith_profile_view *nodes = &f->plot->nodes;
   const int64_t most = KITH_MIN(f->total, (int64_t)MOST_NODES), all = KITH_MAX(f->total, 1);
   const kith_index shown = (kith_index)((f->before + nodes->n) * most / all - f->before * most / all);
-  const size_t columns = (size_t)f->n + 1;
+  const size_t columns = (size_t)f->n_curves + 1;
   size_t bytes = (size_t)shown * columns * sizeof(double);
   double *mine = NULL;
   const kith_status status = kith_resize(&mine, 0, (size_t)shown * columns, sizeof *mine);
@@ -191,7 +193,7 @@ static kith_status collect_nodes(struct picture *f) {
     const kith_index i = picked(nodes->n, shown, k);
     double *row = mine + (size_t)k * columns;
     row[0] = place_of(f, i);
-    for (int j = 0; j < f->n; ++j) row[1 + j] = f->panel[j].map ? 0 : value_of(f, &f->panel[j], i);
+    for (int j = 0; j < f->n_curves; ++j) row[1 + j] = value_of(f, &f->panel[f->curve[j]], i);
   }
   kith_status agreed = kith_ranks_allreduce_status(nodes->ranks, status);
   if (agreed == KITH_OK) agreed = kith_ranks_gather(nodes->ranks, mine, bytes, &f->rows, NULL);
@@ -208,8 +210,7 @@ static void collect_means(struct picture *f) {
     if (!(part >= 0 && part <= 1 && isfinite(volume))) continue;
     double *bin = f->mean[KITH_MIN((int)(part * BINS), BINS - 1)];
     bin[0] += volume, bin[1] += volume * place;
-    for (int j = 0; j < f->n; ++j)
-      if (!f->panel[j].map) bin[2 + j] += volume * value_of(f, &f->panel[j], i);
+    for (int j = 0; j < f->n_curves; ++j) bin[2 + j] += volume * value_of(f, &f->panel[f->curve[j]], i);
   }
   kith_ranks_sum(nodes->ranks, f->mean[0], BINS * (2 + KITH_PICTURE_PANELS));
 }
@@ -272,24 +273,24 @@ static kith_status open_data(struct kith_atomic_file **out, const struct picture
   snprintf(path, sizeof path, "%.*s/%s%s", KITH_PATH, directory, f->prefix, name);
   KITH_TRY(kith_atomic_file_open(out, path));
   fputs(f->center != NULL ? "# r" : "# x", (*out)->stream);
-  for (int k = 0; k < f->n; ++k)
-    if (!f->panel[k].map)
-      fprintf((*out)->stream, " %s%s", word[f->panel[k].field], f->panel[k].error ? "-error" : "");
+  for (int j = 0; j < f->n_curves; ++j) {
+    const struct panel *panel = &f->panel[f->curve[j]];
+    fprintf((*out)->stream, " %s%s", word[panel->field], panel->error ? "-error" : "");
+  }
   fputc('\n', (*out)->stream);
   return KITH_OK;
 }
 
 static kith_status write_nodes(struct picture *f, const char *directory) {
-  const size_t columns = (size_t)f->n + 1;
+  const size_t columns = (size_t)f->n_curves + 1;
   struct kith_atomic_file *file;
   KITH_TRY(open_data(&file, f, directory, "profile.dat"));
   for (size_t k = 0; k < f->n_rows; ++k) {
     const double *row = (const double *)f->rows + k * columns;
     fprintf(file->stream, "%.8g", row[0]);
-    for (int j = 0; j < f->n; ++j) {
-      if (f->panel[j].map) continue;
+    for (int j = 0; j < f->n_curves; ++j) {
       fprintf(file->stream, " %.8g", row[1 + j]);
-      if (row[0] <= f->place.upper) kith_range_include(&f->panel[j].nodes, row[1 + j]);
+      if (row[0] <= f->place.upper) kith_range_include(&f->panel[f->curve[j]].nodes, row[1 + j]);
     }
     fputc('\n', file->stream);
   }
@@ -303,8 +304,7 @@ static kith_status write_means(const struct picture *f, const char *directory) {
     const double *bin = f->mean[b];
     if (!(bin[0] > 0)) continue;
     fprintf(file->stream, "%.8g", bin[1] / bin[0]);
-    for (int j = 0; j < f->n; ++j)
-      if (!f->panel[j].map) fprintf(file->stream, " %.8g", bin[2 + j] / bin[0]);
+    for (int j = 0; j < f->n_curves; ++j) fprintf(file->stream, " %.8g", bin[2 + j] / bin[0]);
     fputc('\n', file->stream);
   }
   return kith_atomic_file_commit(&file, false);
@@ -327,11 +327,11 @@ static kith_status write_curve(struct picture *f, const char *directory) {
     if (diagonal) x[NDIM > 1] += M_SQRT1_2 * place;
     p->exact->state(p->solution, x, p->time, &state);
     fprintf(file->stream, "%.8g", place);
-    for (int j = 0; j < f->n; ++j) {
-      if (f->panel[j].map) continue;
-      const double value = f->panel[j].error ? 0 : field_of(f, &f->panel[j], x, &state);
+    for (int j = 0; j < f->n_curves; ++j) {
+      struct panel *panel = &f->panel[f->curve[j]];
+      const double value = panel->error ? 0 : field_of(f, panel, x, &state);
       fprintf(file->stream, " %.8g", value);
-      kith_range_include(&f->panel[j].exact, value);
+      kith_range_include(&panel->exact, value);
     }
     fputc('\n', file->stream);
   }
@@ -397,7 +397,7 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
   fputc('\n', g->file->stream);
 }
 
-static kith_status draw_map(struct kith_figure *g, const struct picture *f, int k) {
+static void draw_map(struct kith_figure *g, const struct picture *f, int k) {
   const struct panel *panel = &f->panel[k];
   const struct kith_picture *wanted = f->plot->picture;
   const struct kith_map *map = &f->plane;
@@ -423,15 +423,15 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
       .value = f->pixels[k],
       .has_sign = panel->error || panel->field >= KITH_PICTURE_VELOCITY_X,
       .colors = {chosen ? wanted->range[0] : NAN, chosen ? wanted->range[1] : NAN}};
-  return kith_figure_map(g, &drawn);
+  kith_figure_map(g, &drawn);
 }
 
 /* The layout of panels; a lone map has the shape of its plane. */
-static struct kith_figure_layout layout_of(const struct picture *f, bool curves) {
+static struct kith_figure_layout layout_of(const struct picture *f) {
   struct kith_figure_layout l = {
       .rows = (f->n + f->columns - 1) / f->columns, .columns = f->columns, .width = 500, .height = 440};
   const int *pixels = f->plane.pixels;
-  if (curves)
+  if (f->n_curves > 0)
     l.legend = 34;
   else if (f->n > 1) /* flat maps stand close together */
     l.height = KITH_MAX(200, KITH_MIN(110 + 340 * pixels[1] / pixels[0], l.height));
@@ -452,28 +452,23 @@ static kith_status draw(struct picture *f, const char *directory) {
   const struct kith_plot *plot = f->plot;
   struct kith_figure figure;
   char title[256];
-  kith_status status = KITH_OK;
   snprintf(title, sizeof title, "%.150s    %d-D,  t = %.4g,  %lld nodes,  resolution %.4g", plot->scene, NDIM,
            plot->time, (long long)f->total, plot->resolution);
-  bool curves = false;
-  for (int k = 0; k < f->n; ++k) curves = curves || !f->panel[k].map;
-  if (curves) {
+  if (f->n_curves > 0) {
     KITH_TRY(write_nodes(f, directory));
     if (NDIM > 1) KITH_TRY(write_means(f, directory));
     KITH_TRY(write_curve(f, directory));
   }
-  const struct kith_figure_layout layout = layout_of(f, curves);
+  const struct kith_figure_layout layout = layout_of(f);
   KITH_TRY(kith_figure_open(&figure, directory, plot->frame != NULL ? plot->frame : "plot", title, &layout));
   figure.png_only = plot->frame != NULL;
-  for (int k = 0, column = 1; k < f->n && status == KITH_OK; ++k) {
+  for (int k = 0, column = 1; k < f->n; ++k) {
     if (f->panel[k].map)
-      status = draw_map(&figure, f, k);
+      draw_map(&figure, f, k);
     else
       draw_curve(&figure, f, &f->panel[k], ++column);
   }
-  if (status != KITH_OK) kith_atomic_file_abandon(&figure.file);
-  KITH_TRY(status);
-  if (curves) draw_legend(&figure, f);
+  if (f->n_curves > 0) draw_legend(&figure, f);
   return kith_figure_close(&figure);
 }
 

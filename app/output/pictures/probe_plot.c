@@ -17,9 +17,10 @@ struct picture {
   struct kith_picture_axes axes;
   char file[KITH_PATH + 16], name[48];
   int edge[3], n_edges; /* those with more than one point */
-  double *time;         /* [samples] */
+  double *time;         /* [samples], owned */
   size_t samples;
-  double *column[COLUMNS]; /* of a sample, or of all samples of a point */
+  double *column[COLUMNS]; /* owned; of a sample, or of all samples of a point */
+  float *pixels;           /* owned; of one map at a time */
   struct kith_range place, range[KITH_PICTURE_PANELS];
 };
 
@@ -185,17 +186,15 @@ static void draw_legend(struct kith_figure *g, const struct picture *f) {
 
 /* ---- maps ---- */
 
-static kith_status draw_map(struct kith_figure *g, const struct picture *f, int panel, const char *title) {
+static void draw_map(struct kith_figure *g, const struct picture *f, int panel, const char *title) {
   const int *n = f->probe->points, *edge = f->edge;
   const int stride[3] = {n[1] * n[2], n[2], 1}, middle = f->n_edges > 2 ? n[2] / 2 : 0;
   const double time = f->time[f->samples - 1];
   char file[80], labels[2][48];
-  float *value = NULL;
-  KITH_TRY(kith_resize(&value, 0, (size_t)n[edge[0]] * (size_t)n[edge[1]], sizeof *value));
   for (int j = 0; j < n[edge[1]]; ++j)
     for (int i = 0; i < n[edge[0]]; ++i) {
       const int row = i * stride[edge[0]] + j * stride[edge[1]] + middle;
-      value[(size_t)j * (size_t)n[edge[0]] + (size_t)i] = (float)value_at(f, panel, (size_t)row, time);
+      f->pixels[(size_t)j * (size_t)n[edge[0]] + (size_t)i] = (float)value_at(f, panel, (size_t)row, time);
     }
   snprintf(file, sizeof file, "%s_%d.bin", f->name, panel + 1);
   const enum kith_picture_field field = f->probe->picture.panel[panel].field;
@@ -203,7 +202,7 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
       .file = file,
       .title = title,
       .labels = {labels[0], labels[1]},
-      .value = value,
+      .value = f->pixels,
       .has_sign = f->probe->picture.panel[panel].error || field >= KITH_PICTURE_VELOCITY_X,
       .colors = {NAN, NAN}};
   for (int k = 0; k < 2; ++k) {
@@ -212,14 +211,12 @@ static kith_status draw_map(struct kith_figure *g, const struct picture *f, int 
     map.size[k] = step_of(f, edge[k]);
     map.lower[k] = begin_of(f, edge[k]) - 0.5 * map.size[k];
   }
-  const kith_status status = kith_figure_map(g, &map);
-  kith_free(&value);
-  return status;
+  kith_figure_map(g, &map);
 }
 
 /* ---- a probe ---- */
 
-static kith_status draw_panels(struct kith_figure *g, const struct picture *f) {
+static void draw_panels(struct kith_figure *g, const struct picture *f) {
   const struct kith_picture_fields *fields = &f->probe->picture;
   for (int k = 0; k < fields->n; ++k) {
     char title[96];
@@ -227,12 +224,11 @@ static kith_status draw_panels(struct kith_figure *g, const struct picture *f) {
              kith_picture_label(&f->axes, fields->panel[k].field),
              f->n_edges > 2 ? " in the middle of up" : "");
     if (f->n_edges > 1)
-      KITH_TRY(draw_map(g, f, k, title));
+      draw_map(g, f, k, title);
     else
       draw_curves(g, f, k, title);
   }
   if (f->n_edges < 2) draw_legend(g, f);
-  return KITH_OK;
 }
 
 /* The layout of panels; that of a map is as high as its plane. */
@@ -251,15 +247,17 @@ static kith_status draw(struct picture *f) {
   struct kith_figure figure;
   char title[256];
   if (f->n_edges < 2) KITH_TRY(write_curves(f));
-  if (f->n_edges > 1) KITH_TRY(load(f, (int64_t)f->samples - 1));
+  if (f->n_edges > 1) {
+    const int *n = f->probe->points;
+    KITH_TRY(load(f, (int64_t)f->samples - 1));
+    KITH_TRY(kith_resize(&f->pixels, 0, (size_t)n[f->edge[0]] * (size_t)n[f->edge[1]], sizeof *f->pixels));
+  }
   if (!(f->place.lower < f->place.upper)) f->place.lower -= 0.5, f->place.upper += 0.5;
   snprintf(title, sizeof title, "%.150s, probe %s    %d-D,  t = %.4g", f->scene->name, f->probe->name, NDIM,
            f->time[f->samples - 1]);
   KITH_TRY(kith_figure_open(&figure, f->directory, f->name, title, &layout));
-  const kith_status status = draw_panels(&figure, f);
-  if (status == KITH_OK) return kith_figure_close(&figure);
-  kith_atomic_file_abandon(&figure.file);
-  return status;
+  draw_panels(&figure, f);
+  return kith_figure_close(&figure);
 }
 
 static kith_status draw_probe(const struct kith_scene *scene, const struct kith_probe *probe,
@@ -279,6 +277,7 @@ static kith_status draw_probe(const struct kith_scene *scene, const struct kith_
   kith_status status = kith_series_read(f.file, probe->name, "time", -1, &f.time, &f.samples, &each);
   if (status == KITH_OK && f.samples > 0) status = draw(&f);
   kith_free(&f.time);
+  kith_free(&f.pixels);
   for (int c = 0; c < COLUMNS; ++c) kith_free(&f.column[c]);
   return status;
 }
