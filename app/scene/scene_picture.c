@@ -26,22 +26,16 @@ const struct kith_param kith_picture_params[] = {
     {"frames", KITH_PARAM_BOOL, "false", "", "frame_NNNN.png of each snapshot: a movie", IN(frames)},
     {0}};
 
+#define WITH_ERROR(name, word, label) "|" #word "|" #word "-error"
 static kith_status read_field(struct kith_picture_fields *fields, const struct kith_config_node *node) {
-  static const char known[] = KITH_PICTURE_FIELDS(KITH_AS_LISTED_CHOICE);
-  char name[32], choices[256];
-  KITH_TRY(kith_config_want(node, KITH_CONFIG_SCALAR));
-  snprintf(name, sizeof name, "%s", node->text);
-  char *error = strlen(name) > 6 ? name + strlen(name) - 6 : NULL;
-  const bool is_error = error != NULL && kith_name_is(error, "-error", 6);
-  if (is_error) *error = '\0';
-  const int field = kith_choices_index(known, name);
-  kith_choices_format(known, choices, sizeof choices);
-  if (field < 0)
-    return kith_config_fail(node, NULL, "unknown field; known are %s, each with -error too", choices);
+  static const struct kith_param field = {"field", KITH_PARAM_CHOICE,  NULL, KITH_PICTURE_FIELDS(WITH_ERROR),
+                                          "",      .size = sizeof(int)};
+  int choice;
+  KITH_TRY(kith_param_value(&field, node, &choice));
   if (fields->n == KITH_PICTURE_PANELS)
     return kith_config_fail(node, NULL, "more than %d fields in a picture", KITH_PICTURE_PANELS);
-  fields->panel[fields->n].field = (enum kith_picture_field)field;
-  fields->panel[fields->n++].error = is_error;
+  fields->panel[fields->n].field = (enum kith_picture_field)(choice / 2);
+  fields->panel[fields->n++].error = choice % 2 == 1;
   return KITH_OK;
 }
 

@@ -53,8 +53,10 @@ static const struct wrong keys[] = {
     {11, "output: {plot: {kind: maps}}",
      "f:11: output.plot.kind: 'maps' is not one of auto, profile, radial, map, slice; did you mean 'map'?"},
     {11, "output: {plot: {field: [density, colour]}}",
-     "f:11: output.plot.field.1: unknown field; known are density, velocity, pressure, energy, velocity-x, "
-     "velocity-y, velocity-z, each with -error too"},
+     "f:11: output.plot.field.1: 'colour' is not one of density, density-error, velocity, "
+     "velocity-error, pressure, pressure-error, "
+     "energy, energy-error, velocity-x, velocity-x-error, velocity-y, velocity-y-error, velocity-z, "
+     "velocity-z-error"},
     {11, "output: {plot: {field: density-error}}",
      "f:11: output.plot.field: an error, and the scene has no exact solution"},
     {11, "output: {plot: {plane: {x: 1, y: 0}}}",
@@ -336,8 +338,10 @@ static const struct wrong meanings[] = {
     {11, "probes: [{name: a, at: [0, 0, 0], plot: [density-error]}]",
      "f:11: probes.0.plot: an error, and the scene has no exact solution"},
     {11, "probes: [{name: a, at: [0, 0, 0], plot: no}]",
-     "f:11: probes.0.plot: unknown field; known are density, velocity, pressure, energy, velocity-x, "
-     "velocity-y, velocity-z, each with -error too"},
+     "f:11: probes.0.plot: 'no' is not one of density, density-error, velocity, "
+     "velocity-error, pressure, pressure-error, "
+     "energy, energy-error, velocity-x, velocity-x-error, velocity-y, velocity-y-error, velocity-z, "
+     "velocity-z-error"},
     {11, "probes: [{name: a, at: [0, 0, 0], along: [1, 0, 0], spacing: 1e-9}]",
      "f:11: probes.0: more than 10000000 points"},
     {11, "neighbor: {storage: crs}", "f:11: neighbor.storage: 'crs' is not one of csr; did you mean 'csr'?"},
