@@ -25,11 +25,14 @@ struct layout {
  * as a list: calls of HDF5 with a negative handle fail as well, and HDF5 tells note_failure of each. */
 struct writer {
   const struct kith_atomic_file *out;
+  const struct kith_nodes *nodes;
+  const struct kith_snapshot_info *info;
+  size_t n; /* nodes of all ranks, and frozen ones */
   hid_t file, particles, vtk, point_data;
   int descriptor; /* of the file */
   struct layout *layout;
-  void *room; /* for the widest field of this rank's nodes */
-  const char *now;
+  void *room;      /* for the widest field of this rank's nodes */
+  const char *now; /* what is being written, for messages */
 };
 
 /* Rows of the file. */
@@ -158,12 +161,13 @@ static void lay_out_cells(struct writer *w, size_t n, haddr_t place[CELL_DATA]) 
 
 /* Six particle types, of which type 0 is used. No attribute Code, no root group Parameters: yt stumbles over
  * them. */
-static void write_header(struct writer *w, size_t n, const struct kith_snapshot_info *info) {
+static void write_header(struct writer *w) {
   static const char *const flags[] = {"Flag_Sfr",    "Flag_Cooling",  "Flag_StellarAge",
                                       "Flag_Metals", "Flag_Feedback", "Flag_Entropy_ICs"};
   static const char *const zeros[] = {"Redshift", "Omega0", "OmegaLambda"};
+  const struct kith_snapshot_info *info = w->info;
   const hid_t header = group(w, w->file, "Header");
-  const uint32_t low[6] = {(uint32_t)n}, high[6] = {(uint32_t)((uint64_t)n >> 32)};
+  const uint32_t low[6] = {(uint32_t)w->n}, high[6] = {(uint32_t)((uint64_t)w->n >> 32)};
   const int64_t flag = 0, files = 1;
   const double mass[6] = {0}, one = 1; /* mass 0: each particle has its own */
   double side = 0;
@@ -210,8 +214,9 @@ static void write_note(struct writer *w, hid_t run, const struct kith_note *note
   H5Tclose(type);
 }
 
-static void write_run(struct writer *w, const struct kith_nodes *nodes,
-                      const struct kith_snapshot_info *info) {
+static void write_run(struct writer *w) {
+  const struct kith_nodes *nodes = w->nodes;
+  const struct kith_snapshot_info *info = w->info;
   const hid_t run = group(w, w->file, "Run");
   const int64_t dimension = NDIM, step = (int64_t)info->step;
   uint32_t periodic[NDIM];
@@ -233,14 +238,15 @@ static void write_run(struct writer *w, const struct kith_nodes *nodes,
   H5Gclose(run);
 }
 
-static void lay_out_all(struct writer *w, const struct kith_nodes *nodes, size_t n,
-                        const struct kith_snapshot_info *info) {
+static void lay_out_all(struct writer *w) {
+  const struct kith_nodes *nodes = w->nodes;
+  const size_t n = w->n;
   w->particles = group(w, w->file, "PartType0");
   w->vtk = group(w, w->file, "VTKHDF");
   w->point_data = group(w, w->vtk, "PointData");
-  write_header(w, n, info);
+  write_header(w);
   write_units(w);
-  write_run(w, nodes, info);
+  write_run(w);
   PUT(w, w->vtk, "Version", 2, ((const int64_t[]){1, 0}));
   put_text(w, w->vtk, "Type", "UnstructuredGrid");
   for (int f = 0; f < nodes->n_fields; ++f)
@@ -257,23 +263,14 @@ static kith_status failed(const struct writer *w) {
   KITH_FAIL(BAD_FILE, "%s: cannot write: %s", w->out->path, strerror(errno != 0 ? errno : EIO));
 }
 
-/* What there is to lay out: n nodes, frozen ones too. */
-struct contents {
-  struct writer *w;
-  const struct kith_nodes *nodes;
-  size_t n;
-  const struct kith_snapshot_info *info;
-};
-
-/* Makes the file but for its values. Returns 1 if HDF5 cannot even start, else 0. */
-static int lay_out(void *contents) {
-  const struct contents *of = contents;
-  struct writer *w = of->w;
+/* Writes everything but the values. Returns 1 if HDF5 cannot even start, else 0. */
+static int lay_out(void *writer) {
+  struct writer *w = writer;
   w->now = "the beginning of the file";
   errno = 0;
   const bool ready = H5open() >= 0 && H5Eset_auto2(H5E_DEFAULT, note_failure, w) >= 0;
   w->file = H5Fcreate(w->out->temporary, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  lay_out_all(w, of->nodes, of->n, of->info);
+  lay_out_all(w);
   w->now = "the end of the file";
   H5Fflush(w->file, H5F_SCOPE_LOCAL);
   H5Fget_eoa(w->file, &w->layout->end);
@@ -281,13 +278,12 @@ static int lay_out(void *contents) {
   return !ready;
 }
 
-/* Rank 0 makes the file: everything but the values, and room for these. */
-static kith_status lay_out_apart(struct contents *of) {
-  const struct writer *w = of->w;
+/* Makes the file, but for the values, in a process of its own (child.h), and makes room for the values. */
+static kith_status lay_out_apart(struct writer *w) {
   const struct layout *layout = w->layout;
-  int ended = kith_child_run(lay_out, of);
+  int ended = kith_child_run(lay_out, w);
   /* Ended by a signal though nothing had failed: it came from outside, and the file can be begun again. */
-  if (ended < 0 && layout->error == 0 && layout->failed[0] == '\0') ended = kith_child_run(lay_out, of);
+  if (ended < 0 && layout->error == 0 && layout->failed[0] == '\0') ended = kith_child_run(lay_out, w);
   errno = layout->error;
   if (errno != 0) return failed(w);
   if (layout->failed[0] != '\0')
@@ -414,13 +410,15 @@ static kith_status write_file(struct kith_atomic_file **file, const struct kith_
                               const struct kith_snapshot_info *info) {
   const bool first = kith_ranks_rank(nodes->ranks) == 0;
   struct part part = {0};
-  struct writer w = {.out = *file, .descriptor = first ? fileno((*file)->stream) : -1};
+  struct writer w = {
+      .out = *file, .nodes = nodes, .info = info, .descriptor = first ? fileno((*file)->stream) : -1};
   const size_t places = (size_t)nodes->n_fields + 1 + CELL_DATA,
                bytes = sizeof *w.layout + places * sizeof *w.layout->place;
   kith_status status = find_part(&part, nodes, info->frozen);
+  w.n = part.total;
   w.layout = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (w.layout == MAP_FAILED) status = kith_fail(KITH_NO_MEMORY, "no memory to write %s", (*file)->path);
-  if (status == KITH_OK && first) status = lay_out_apart(&(struct contents){&w, nodes, part.total, info});
+  if (status == KITH_OK && first) status = lay_out_apart(&w);
   status = kith_ranks_allreduce_status(nodes->ranks, status);
   if (status == KITH_OK) {
     kith_ranks_broadcast(nodes->ranks, w.layout, bytes);
