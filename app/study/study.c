@@ -60,24 +60,20 @@ static void find_reason(const char *log, double cpu_limit, struct kith_job_end *
 
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
                          const char *directory, const char *log, double cpu_limit, struct kith_job_end *end) {
-  char *text, *words[KITH_JOB_SETTINGS / 2] = {0};
-  size_t size, written = 0;               /* a stream that lacks memory may close without an error */
-  FILE *f = open_memstream(&text, &size); /* a word on each line */
+  char text[4 * KITH_JOB_SETTINGS], *words[KITH_JOB_SETTINGS / 2] = {0};
+  FILE *f = fmemopen(text, sizeof text, "w"); /* a word on each line */
   if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for the words of a run");
-  written += (size_t)fprintf(f, "%s%dd\n%s\n%s\n", programs->prefix, job->dimension, verb, job->scene);
-  if (strcmp(verb, "run") == 0) written += (size_t)fprintf(f, "--quiet\n"); /* plan has nothing else to say */
-  written += (size_t)fprintf(f, "--set=dimension=%d\n--set=output.plot=false", job->dimension);
-  if (job->threads > 0) written += (size_t)fprintf(f, "\n--threads=%d", job->threads);
-  if (job->ranks > 1 && directory != NULL) written += (size_t)fprintf(f, "\n--ranks=%d", job->ranks);
-  if (job->steps > 0 && directory != NULL) written += (size_t)fprintf(f, "\n--steps=%d", job->steps);
-  if (job->restart[0] != '\0') written += (size_t)fprintf(f, "\n--restart=%s", job->restart);
-  if (directory != NULL) written += (size_t)fprintf(f, "\n-o\n%s\n--overwrite", directory);
+  fprintf(f, "%s%dd\n%s\n%s\n", programs->prefix, job->dimension, verb, job->scene);
+  if (strcmp(verb, "run") == 0) fputs("--quiet\n", f); /* plan has nothing else to say */
+  fprintf(f, "--set=dimension=%d\n--set=output.plot=false", job->dimension);
+  if (job->threads > 0) fprintf(f, "\n--threads=%d", job->threads);
+  if (job->ranks > 1 && directory != NULL) fprintf(f, "\n--ranks=%d", job->ranks);
+  if (job->steps > 0 && directory != NULL) fprintf(f, "\n--steps=%d", job->steps);
+  if (job->restart[0] != '\0') fprintf(f, "\n--restart=%s", job->restart);
+  if (directory != NULL) fprintf(f, "\n-o\n%s\n--overwrite", directory);
   for (const char *s = job->settings; *s != '\0'; s += strcspn(s, "\n") + 1)
-    written += (size_t)fprintf(f, "\n--set=%.*s", (int)strcspn(s, "\n"), s);
-  if (fclose(f) != 0 || text == NULL || written != size) {
-    free(text);
-    KITH_FAIL(NO_MEMORY, "no memory for the words of a run");
-  }
+    fprintf(f, "\n--set=%.*s", (int)strcspn(s, "\n"), s);
+  if (fclose(f) != 0) KITH_FAIL(BAD_INPUT, "the settings of a run are too long");
   int n = 0;
   for (char *rest = text; rest != NULL;) words[n++] = strsep(&rest, "\n");
   unlink(log);
@@ -88,7 +84,6 @@ kith_status kith_job_run(const struct kith_programs *programs, const struct kith
   }
   setenv("OMP_WAIT_POLICY", "passive", 0); /* small runs on few cores: threads that wait must sleep */
   const kith_status status = kith_process_run(words, log, cpu_limit, &end->code);
-  free(text);
   const int code = end->code;
   if (status != KITH_OK || code == 0) return status;
   find_reason(log, cpu_limit, end);
