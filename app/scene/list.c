@@ -110,18 +110,19 @@ static void print_family(const struct family *family, bool with_params) {
 }
 
 enum kith_exit kith_list(const struct kith_options *options) {
+  enum { ALL = -1, SCENE, FAMILY }; /* FAMILY + f: the family f */
   char subjects[512] = "scene";
   const struct kith_param row = {.kind = KITH_PARAM_CHOICE, .allowed = subjects, .size = sizeof(int)};
-  int one = -1; /* 0: the keys of a scene; f + 1: family f; -1: all families */
+  int subject = ALL;
   for (int f = 0; f < FAMILIES; ++f) strcat(strcat(subjects, "|"), families[f].name);
-  if (options->subject != NULL && kith_param_parse(&row, options->subject, &one) != KITH_OK) {
+  if (options->subject != NULL && kith_param_parse(&row, options->subject, &subject) != KITH_OK) {
     fprintf(stderr, "kith: list: %s\n", kith_failure());
     return KITH_EXIT_USAGE;
   }
-  if (one == 0) kith_scene_reference(stdout);
+  if (subject == SCENE) kith_scene_reference(stdout);
   for (int f = 0; f < FAMILIES; ++f) {
-    if (one < 0 && f > 0) putchar('\n');
-    if (one < 0 || one == f + 1) print_family(&families[f], one > 0);
+    if (subject == ALL && f > 0) putchar('\n');
+    if (subject == ALL || subject == FAMILY + f) print_family(&families[f], subject != ALL);
   }
   return KITH_EXIT_OK;
 }
