@@ -498,6 +498,7 @@ static void print_params(const struct kith_param *params, int indent, bool item,
   }
 }
 
-void kith_params_reference(const struct kith_param *params, FILE *file) {
+void kith_params_reference(const struct kith_param *params, const char *what, FILE *file) {
+  fprintf(file, "# Every key of %s: its default, what it means, what it may be.\n", what);
   print_params(params, 0, false, file);
 }

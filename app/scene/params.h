@@ -37,7 +37,8 @@ kith_status kith_config_compare(const struct kith_param *params, const struct ki
 /* Destroys the formulas that the struct at `base` (NULL: nothing) owns. */
 void kith_params_clear_formulas(const struct kith_param *params, void *base);
 
-/* Prints a table as commented YAML, itself a scene but for the required keys. */
-void kith_params_reference(const struct kith_param *params, FILE *file);
+/* Prints a table as commented YAML, which is itself a scene but for the required keys. `what` the keys are of
+ * stands in the first line. */
+void kith_params_reference(const struct kith_param *params, const char *what, FILE *file);
 
 #endif

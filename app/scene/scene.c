@@ -389,6 +389,5 @@ void kith_scene_partitioner(const struct kith_scene *scene, char *text, size_t s
 }
 
 void kith_scene_reference(FILE *file) {
-  fprintf(file, "# Every key of a scene: its default, what it means, what it may be.\n");
-  kith_params_reference(scene_params, file);
+  kith_params_reference(scene_params, "a scene", file);
 }

@@ -377,11 +377,9 @@ kith_status kith_suite_list(struct kith_study *study) {
   char names[2048] = "", told[2048];
   add_names(&study->programs, "/suites", names, sizeof names);
   kith_choices_format(names, told, sizeof told);
-  printf(
-      "%s\nThe first lines of each file in inputs/suites say what it shows and how long it takes.\n\n"
-      "# Every key of a file for kith chart: its default, what it means, what it may be.\n",
-      told);
-  kith_params_reference(suite_params, stdout);
+  printf("%s\nThe first lines of each file in inputs/suites say what it shows and how long it takes.\n\n",
+         told);
+  kith_params_reference(suite_params, "a file for kith chart", stdout);
   return KITH_OK;
 }
 
@@ -419,8 +417,7 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
 }
 
 void kith_sweeps_reference(void) {
-  puts("# Every key of a file for kith stress: its default, what it means, what it may be.");
-  kith_params_reference(file_params, stdout);
+  kith_params_reference(file_params, "a file for kith stress", stdout);
 }
 
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only) {

@@ -45,8 +45,7 @@ static const struct kith_param file_params[] = {
     {"rows", KITH_PARAM_OTHER, NULL, "", "what is validated", KITH_BELOW(row_params, LIST)}, {0}};
 
 void kith_rows_reference(void) {
-  puts("# Every key of a file for kith validate: its default, what it means, what it may be.");
-  kith_params_reference(file_params, stdout);
+  kith_params_reference(file_params, "a file for kith validate", stdout);
 }
 
 struct rows {
