@@ -8,12 +8,6 @@
 #include "app/initial/lattice.h"
 #include "app/initial/region.h"
 
-static const struct kith_config_node *boundary_node(const struct kith_scene *scene, int axis) {
-  char path[] = "boundaries.x";
-  path[sizeof path - 2] = "xyz"[axis];
-  return kith_config_at(scene->config, path);
-}
-
 kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_boundary *b, int list,
                                            const double *x, double time, struct kith_flow_state *out) {
   const struct kith_scene *s = scene;
@@ -25,7 +19,8 @@ kith_status kith_initial_conditions_inflow(const void *scene, const struct kith_
   struct kith_expression *const formula[] = {flow->density, flow->pressure, flow->energy};
   for (int k = 0; k < 3; ++k) kith_expression_time(formula[k], time);
   for (int a = 0; a < NDIM; ++a) kith_expression_time(flow->velocity[a], time);
-  KITH_TRY(kith_region_inflow_state(flow, &s->material[list], boundary_node(s, b->axis), at, &state));
+  KITH_TRY(
+      kith_region_inflow_state(flow, &s->material[list], kith_scene_boundary_node(s, b->axis), at, &state));
   *out = (struct kith_flow_state){.density = state.density, .energy = state.energy};
   memcpy(out->velocity, state.velocity, sizeof out->velocity);
   return KITH_OK;
@@ -96,7 +91,7 @@ static kith_status fit_lattices(struct setup *s) {
 /* --- zones behind faces that gas passes: the lattices of the regions at the face go on --- */
 
 static kith_status refused_flow(const struct kith_scene *scene, int axis, const char *why, double value) {
-  return kith_config_fail(boundary_node(scene, axis), NULL, why, value);
+  return kith_config_fail(kith_scene_boundary_node(scene, axis), NULL, why, value);
 }
 
 /* Moves x to where the state of its site in a zone is taken: at the face, inside of the region. */
@@ -143,7 +138,8 @@ static kith_status zone_state(const struct setup *s, const struct plan *plan, co
   memcpy(at, x, sizeof at);
   to_face(s, plan, at);
   KITH_TRY(flow->density != NULL
-               ? kith_region_inflow_state(flow, material, boundary_node(s->scene, plan->axis), at, state)
+               ? kith_region_inflow_state(flow, material, kith_scene_boundary_node(s->scene, plan->axis), at,
+                                          state)
                : kith_region_state(plan->region, material, at, state));
   return kith_region_stays(plan->region) ? KITH_OK : check_flow(s, plan, state);
 }

@@ -185,13 +185,11 @@ kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
                             "%g makes more than %d snapshots until %g", scene->output.every, MOST_SNAPSHOTS,
                             until);
   for (int a = 0; a < NDIM; ++a) {
-    char path[] = "boundaries.x";
-    path[sizeof path - 2] = "xyz"[a];
     const double length = scene->domain.upper[a] - scene->domain.lower[a], u = scene->boundary[a].velocity;
     const double inwards = scene->boundary[a].side[0] != NULL ? u : -u;
     if (inwards * until >= length)
       return kith_config_fail(
-          kith_config_at(scene->config, path), NULL,
+          kith_scene_boundary_node(scene, a), NULL,
           "a %s with velocity %g is through the domain at time %g, and the run goes until %g",
           scene->boundary[a].side[u == inwards ? 0 : 1]->name, u, length / inwards, until);
   }
@@ -223,21 +221,20 @@ static kith_status check_idle(const struct kith_scene *scene) {
   for (int k = 0; k < scene->n_regions; ++k) spaced += scene->region[k].spacing == 0;
   const struct {
     bool idle;
-    const char *path, *without, *choice[2];
-  } rows[] = {
-      {!measured[KITH_MEASURE_growth] && !measured[KITH_MEASURE_mcnally],
-       "measure.rate",
-       "growth or mcnally",
-       {"measure.growth", "measure.mcnally"}},
-      {scene->n_probes + scene->n_contacts == 0,
-       "connectivity.storage",
-       "probes or contacts",
-       {"probes", "connectivity.contacts"}},
-      {spaced < 2, "arrangement", "two regions without a spacing of their own", {"regions", "regions"}}};
+    const char *path, *without, *choice[2]; /* choice: the keys that decide it, one or two */
+  } rows[] = {{!measured[KITH_MEASURE_growth] && !measured[KITH_MEASURE_mcnally],
+               "measure.rate",
+               "growth or mcnally",
+               {"measure.growth", "measure.mcnally"}},
+              {scene->n_probes + scene->n_contacts == 0,
+               "connectivity.storage",
+               "probes or contacts",
+               {"probes", "connectivity.contacts"}},
+              {spaced < 2, "arrangement", "two regions without a spacing of their own", {"regions"}}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; ++k) {
     const struct kith_config_node *given = kith_config_at(scene->config, rows[k].path);
     bool older = given == NULL;
-    for (int c = 0; c < 2 && !older; ++c)
+    for (int c = 0; c < 2 && rows[k].choice[c] != NULL && !older; ++c)
       older = kith_config_is_older(given, kith_config_at(scene->config, rows[k].choice[c]));
     if (rows[k].idle && !older)
       return kith_config_fail(given, NULL, "means nothing without %s", rows[k].without);
@@ -269,7 +266,6 @@ static kith_status check_measures(struct kith_scene *scene) {
  * are stored as shifts, if a boundary has such images. */
 static kith_status check_storage(const struct kith_scene *scene) {
   const struct kith_config_node *given = kith_config_at(scene->config, "connectivity.storage");
-  char path[] = "boundaries.x.images";
   struct kith_stored stored;
   if (given == NULL) return KITH_OK;
   if (kith_stored_create(&stored, scene->connectivity.storage) != KITH_OK)
@@ -282,11 +278,11 @@ static kith_status check_storage(const struct kith_scene *scene) {
                             "contacts need all",
                             storage->name);
   for (int a = 0; a < NDIM && !storage->shifts; ++a) {
-    path[strlen("boundaries.")] = "xyz"[a];
-    const struct kith_config_node *images = kith_config_at(scene->config, path);
+    const struct kith_config_node *images = kith_config_child(kith_scene_boundary_node(scene, a), "images");
     if (images != NULL && images->text != NULL && strcmp(images->text, "shifts") == 0)
-      return kith_config_fail(given, NULL, "%s holds no images that are shifts (%s): take csr", storage->name,
-                              path);
+      return kith_config_fail(given, NULL,
+                              "%s holds no images that are shifts (boundaries.%c.images): take csr",
+                              storage->name, "xyz"[a]);
   }
   return KITH_OK;
 }

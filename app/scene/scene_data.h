@@ -234,6 +234,8 @@ static inline bool kith_scene_passes(const struct kith_scene *scene, int axis) {
          kith_boundary_passes(scene->boundary[axis].side[1]);
 }
 
+/* The value of boundaries.x, .y or .z in the file, for messages; NULL if it is not given. */
+const struct kith_config_node *kith_scene_boundary_node(const struct kith_scene *scene, int axis);
 /* Member k of what a side of the domain can be: open, or a boundary that acts on sides. */
 struct kith_member kith_scene_side_member(int k);
 

@@ -182,6 +182,10 @@ static kith_status check_flows(struct kith_scene *scene, const struct kith_confi
   return KITH_OK;
 }
 
+const struct kith_config_node *kith_scene_boundary_node(const struct kith_scene *scene, int axis) {
+  return kith_config_child(kith_config_at(scene->config, "boundaries"), kith_boundaries_params[axis].key);
+}
+
 kith_status kith_scene_boundaries(struct kith_scene *scene, const struct kith_config_node *node) {
   for (int a = 0; a < 3; ++a)
     KITH_TRY(read_axis(scene, a, kith_config_child(node, kith_boundaries_params[a].key)));
