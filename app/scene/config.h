@@ -25,7 +25,7 @@ struct kith_source_location {
   const char *file;
   int line;      /* from 1; 0: not in a file but in an override */
   int layer;     /* later ones replace earlier ones: overrides 1, the file 0, its base -1, ... */
-  bool optional; /* of an override: it is dropped where it means nothing */
+  bool optional; /* of an override KEY?=VALUE: it is dropped if it means nothing */
 };
 
 enum kith_config_kind { KITH_CONFIG_SCALAR, KITH_CONFIG_LIST, KITH_CONFIG_MAP };
@@ -36,10 +36,11 @@ struct kith_config_node {
   char *text; /* of a scalar, else NULL */
   bool null;  /* nothing, ~ or null without quotes: as if it were not given */
   bool quoted;
-  int index;     /* among the children of the parent */
-  int n;         /* children */
-  int dimension; /* of the root: which entry of {1d: .., 2d: .., 3d: ..} counts; 0: such maps are refused */
-  const struct kith_param *params; /* of the root: the table of all keys of a scene; or NULL */
+  int index; /* among the children of the parent */
+  int n;     /* children */
+  /* Of the root: */
+  int dimension; /* which entry of {1d: .., 2d: .., 3d: ..} counts; 0: such maps are refused */
+  const struct kith_param *params; /* the table of all keys of a scene, for suggestions; or NULL */
   struct kith_config_node *parent, *first, *last, *next;
   struct kith_source_location location;
 };
@@ -63,9 +64,10 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
  * for each entry of a map and of a list of maps. *text: kith_resize memory, owned by the caller. */
 kith_status kith_config_emit(const struct kith_config_node *root, bool one_line, char **text);
 
-/* Were all values in `node` set in an earlier layer than `choice`, which makes them meaningless? Then it is
- * no mistake, and they can be dropped: one scene file serves all values that --set gives to `choice`. choice
- * NULL: a default, earlier than which are only optional values. */
+/* Were all values in `node` set in an earlier layer than `choice`, the value of another key, beside which
+ * they mean nothing? Then they are no mistake and can be dropped: a file may have settings of a package, and
+ * --set chooses another package. If `choice` is NULL, which stands for a default, only optional values are
+ * older. */
 bool kith_config_is_older(const struct kith_config_node *node, const struct kith_config_node *choice);
 /* Makes a node null: as if it were not given. */
 void kith_config_drop(struct kith_config_node *node);
@@ -80,7 +82,7 @@ void kith_config_path(const struct kith_config_node *node, const char *key, char
  * message is about `node` itself. */
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-/* BAD_INPUT unless it is of this kind. */
+/* Fails with BAD_INPUT unless a node is of this kind. */
 kith_status kith_config_want(const struct kith_config_node *node, enum kith_config_kind kind);
 /* Writes the path of the file that a node names, from the folder of the node's own file; returns it. */
 const char *kith_config_beside(const struct kith_config_node *node, char *path, size_t size);

@@ -88,7 +88,7 @@ struct kith_deposit {
   double center[NDIM];
   enum kith_deposit_shape shape;
   double radius;   /* ball, kernel: radius of the support */
-  double spacings; /* instead of radius, in node spacings at the center; for a kernel of half the support */
+  double spacings; /* instead of radius, in node spacings at the center: of the ball, or half the support */
   double time;     /* when it is released */
   const struct kith_config_node *node; /* where it stands, for messages */
 };
@@ -121,7 +121,7 @@ struct kith_contact {
   int of, with;
 };
 
-/* Do units scale exactly, with the powers that sums take, if this is the largest length or velocity? */
+/* Can powers of lengths and velocities be summed without overflow and underflow, if this is the largest? */
 static inline bool kith_scene_unit_holds(double largest) {
   return largest >= 1e-31 && largest <= 1e31;
 }
@@ -214,8 +214,8 @@ struct kith_scene {
   } output;
 };
 
-/* Distance of two places, along the nearest way through periodic faces. half_axes: lengths are in units of
- * these, along each axis; NULL: as they are. */
+/* The distance of two places by the shortest way, which may pass through periodic faces. If half_axes is not
+ * NULL, distances along axis a are in units of half_axes[a]. */
 static inline double kith_scene_distance(const struct kith_scene *scene, const double *x, const double *y,
                                          const double *half_axes) {
   double sum = 0;
@@ -236,7 +236,7 @@ static inline bool kith_scene_passes(const struct kith_scene *scene, int axis) {
 
 /* The value of boundaries.x, .y or .z in the file, for messages; NULL if it is not given. */
 const struct kith_config_node *kith_scene_boundary_node(const struct kith_scene *scene, int axis);
-/* Member k of what a side of the domain can be: open, or a boundary that acts on sides. */
+/* Member k of the family of what a side of the domain can be: open, or a boundary that acts on sides. */
 struct kith_member kith_scene_side_member(int k);
 
 #endif

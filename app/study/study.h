@@ -35,18 +35,20 @@ kith_status kith_job_set(struct kith_job *job, const char *assignment);
 /* How a job has ended. */
 struct kith_job_end {
   int code;      /* its exit code, or minus the signal that ended it */
-  bool told;     /* after a failure: the run itself says why, or it was the limit: it would fail again */
+  bool told;     /* it would fail again: its log says why, or it took too much processor time */
   char why[256]; /* why it failed */
 };
-/* Starts `verb` (run, or plan, which takes no directory) for a job and waits: see kith_process_run. BAD_FILE
- * if it cannot be started, was interrupted from outside, or another run writes to the directory. */
+/* Starts `verb` for a job and waits until it has ended: `run`, which writes to the directory, or `plan`, for
+ * which that is NULL. log and cpu_limit are as in kith_process_run. BAD_FILE if the program cannot be
+ * started, was stopped from outside, or if another run writes to the directory. */
 kith_status kith_job_run(const struct kith_programs *programs, const struct kith_job *job, const char *verb,
                          const char *directory, const char *log, double cpu_limit, struct kith_job_end *end);
 /* Has `kith plan` check a job: BAD_INPUT "FILE:LINE: WHAT LABEL: its message" if it refuses the settings;
  * file NULL: the message alone. */
 kith_status kith_job_check(const struct kith_programs *programs, const struct kith_job *job, const char *file,
                            const char *what);
-/* Finds the keys of a measure; returns its parts: 1 for A, 2 for A / B, 3 for A / B - 1, 0: it is none. */
+/* Finds the keys A and B of a measure. Returns 1 if it is A, 2 if it is A / B, 3 if it is A / B - 1, and 0 if
+ * it is none of these. */
 int kith_measure_parse(const char *measure, char key[2][128]);
 /* Reads a measure, as kith_measure_parse takes it, from a report. BAD_FILE if it is not there, or null. */
 kith_status kith_report_measure(const char *report, const char *measure, double *value);
@@ -70,7 +72,7 @@ struct kith_reference_code {
 struct kith_suite {
   char file[KITH_JOB_PATH], name[100], scene[256]; /* scene: its name */
   int dimension, n_methods, n_values;
-  bool named_values;        /* a value is a word, and x its position */
+  bool named_values;        /* some value is no number; x of its job is its position in the list */
   struct kith_job *job;     /* owned; job[m * n_values + v] */
   struct kith_point *point; /* owned; of the job with the same index */
   int n_measures, n_codes;
@@ -94,13 +96,13 @@ struct kith_study {
   struct kith_csv_log table; /* points.csv */
 };
 
-/* kith_suite_read and kith_sweeps_read fill `suite`, to be cleared also after a failure. BAD_INPUT for what
- * is wrong in the file itself (settings are checked by kith_job_check). kith_suite_read takes a path, or the
- * name of NAME.yaml in inputs/suites. */
+/* Reads a suite into study->suite, from a path, or from NAME.yaml in inputs/suites. BAD_INPUT for what is
+ * wrong in the file itself; kith_job_check checks the settings. kith_study_clear is needed after a failure,
+ * too. */
 kith_status kith_suite_read(struct kith_study *study, const char *subject);
-/* Reads the sweeps of a file, or the one called `only`. */
+/* Reads the sweeps of a file, or the one called `only`, in the same way. */
 kith_status kith_sweeps_read(struct kith_study *study, const char *path, const char *only);
-/* Prints the names of all suites, and the keys of one; of a file of sweeps. */
+/* Print the names of all suites and the keys of a suite; the keys of a file of sweeps. */
 kith_status kith_suite_list(struct kith_study *study);
 void kith_sweeps_reference(void);
 /* Fails with BAD_INPUT "WHAT 'NAME'", and the nearest of "a|b|c", or all of them. */
@@ -108,7 +110,7 @@ kith_status kith_study_unknown(const char *what, const char *name, const char *c
 /* BAD_INPUT "WHAT 'NAME': no folder inputsFOLDER" and where it is looked for, if it is not there. */
 kith_status kith_study_inputs(const struct kith_programs *programs, const char *folder, const char *what,
                               const char *name);
-/* Writes a text of a table: in quotes, with control characters as blanks. */
+/* Writes a text into a table: in quotes, and with blanks instead of control characters. */
 void kith_study_put_quoted(FILE *out, const char *text);
 /* Is it a path to a YAML file rather than a name? */
 bool kith_suite_is_path(const char *name);
@@ -129,13 +131,14 @@ struct kith_study_verb {
   enum kith_exit (*verdict)(const struct kith_study *study);
 };
 
-/* Carries out a study. Exit code: of `verdict`, or 1 (results cannot be written), or 2 (wrong input). */
+/* Carries out a study. Returns the verdict, or 1 if results cannot be written, or 2 if the input is wrong. */
 enum kith_exit kith_study_run(const struct kith_study_verb *verb, const struct kith_options *options);
 
 /* Writes which values pass with method m: "none", "to 0.6", "all (1000)"; names, or with gaps: "6 of 8". */
 void kith_sweep_answer(const struct kith_suite *sweep, int m, char text[128]);
 
-/* ---- points of error and cost (pareto_front.c); what is not finite or not positive is none ---- */
+/* ---- points of error and cost (pareto_front.c) ----
+ * A point whose cost or error is not finite or not positive does not count. */
 
 /* Sets on[k]: no other point is at most as expensive and as wrong, and better in one of the two. O(n^2). */
 void kith_pareto_front(int n, const double *cost, const double *error, bool *on);
