@@ -2,32 +2,32 @@
  *
  *    seconds = steps * evaluations * t_start * growth
  *
- * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene
- * itself. steps, which grow with the resolution, and growth, the mean time of an evaluation along the run
- * over that at its start, come from calibration runs: the whole scene, at lower resolutions unless it takes
- * about a second. Their cost is counted in pair evaluations, so that resolutions and steps are those of any
- * machine.
+ * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene itself.
+ * Calibration runs give the steps, whose number grows with the resolution, and the growth, which is the mean
+ * time of an evaluation along the run over that at its start. They run the whole scene, at lower resolutions
+ * unless that takes about a second. Their cost is counted in pair evaluations, so that resolutions and steps
+ * do not depend on the machine.
  *
- * A rehearsal is a short run at a lower resolution as one of many ranks, without the others: the code of a
- * run counts its calls, whoever would answer them. */
+ * A rehearsal is a short run at a lower resolution by a single process that behaves as one of many ranks. It
+ * counts the calls, messages and bytes of its exchange, although no other rank answers. */
 #ifndef KITH_APP_PLAN_CALIBRATION_H
 #define KITH_APP_PLAN_CALIBRATION_H
 
 #include "app/simulation/simulation.h"
 #include "app/cli/options.h"
 
-/* Reads the scene of `options` with one more setting, key=value; at another resolution. */
+/* Read the scene of `options` with one more setting, key=value, or at another resolution. */
 kith_status kith_scene_read_with(struct kith_scene **scene, const struct kith_options *options,
                                  const char *setting);
 kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_options *options,
                                double resolution);
 
 /* Measures the seconds of one evaluation and of the neighbor lists it needs, in a simulation that was
- * started: the least of up to 3, as many as half a second allows. With a window, of all nodes; those at rest
- * sleep again afterwards. */
+ * started: the least of up to 3 times, as many as half a second allows. If the scene has a window, all nodes
+ * are evaluated, and those at rest sleep again afterwards. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
-/* Cost is counted in pair evaluations; so many is that of an evaluation of the rates, whatever its nodes. */
+/* Cost is counted in pair evaluations. Each evaluation of the rates costs so many more, however few nodes. */
 enum { KITH_EVALUATION_PAIRS = 4000 };
 struct kith_calibration {
   double resolution, steps, reached; /* of the calibration run: its steps to the time that it reached */
@@ -35,10 +35,11 @@ struct kith_calibration {
   double expected;                   /* steps of the scene itself */
   double growth;
 };
-/* Runs the scene of `options`, as it is if the cost is within `budget` by a `guess` of its resolution, pairs
- * and evaluations, else at resolutions that grow by a third, up to the largest whose cost is likely within
- * it: the steps expected are the geometric mean of those by a line and by a power of the resolution through
- * the last two. A run is stopped at three times the budget. Fails as the last run does. */
+/* Runs the scene of `options` to `until`. `guess` has its resolution, and about how many pairs and
+ * evaluations that takes. If their cost is within `budget` the scene is run as it is; otherwise at
+ * resolutions that grow by a third, up to the largest whose cost is likely within the budget. The expected
+ * steps are then the geometric mean of two extrapolations from the last two runs: by a line, and by a power
+ * of the resolution. A run is stopped at three times the budget. Fails as the last run does. */
 kith_status kith_calibration_run(struct kith_calibration *out, const struct kith_options *options,
                                  const struct kith_calibration *guess, double until, double budget);
 

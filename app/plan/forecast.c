@@ -11,11 +11,18 @@
 #include "lib/domain/ghost_candidates.h"
 #include "lib/domain/partition/shell.h"
 
-enum { MOST_RANKS = 16384, SHELLS = 64, TEMPLATES = 8, MOST_LAYERS = 4, SIDE = 2 * MOST_LAYERS + 1 };
+enum { MOST_RANKS = 16384 };
+enum { SHELLS = 64 };   /* ranks whose neighbors are counted, from which means are taken */
+enum { TEMPLATES = 8 }; /* nodes of a region whose neighbors are taken as those of all its nodes */
+/* A ring are the cells around a cell: up to so many layers of them, so many cells along an axis, and in all.
+ * */
+enum { MOST_LAYERS = 4, SIDE = 2 * MOST_LAYERS + 1 };
 enum { RING = NDIM == 1 ? SIDE : NDIM == 2 ? SIDE * SIDE : SIDE * SIDE * SIDE };
-static const double MOST_POINTS = 1 << 22, MOST_MAP_SECONDS = 60;
+static const double MOST_POINTS = 1 << 22; /* sample points of an outline, if it has fewer cells */
+static const double MOST_MAP_SECONDS = 60;
 
-/* MADE: ghosts as they are made, near cells. KEPT: those that culling keeps, in rows. */
+/* Ghosts are counted in two ways. MADE: all that are made, near cells. KEPT: those in rows, which culling
+ * keeps. */
 enum way { MADE, KEPT, WAYS };
 
 struct model {
@@ -34,12 +41,12 @@ struct model {
   int32_t *owner,
       *seen; /* [all nodes] their rank, -1 of frozen ones, which every rank has; last rank that needed it */
   kith_index *first, *next; /* [n_ranks], [n_internal]: lists of the nodes of each rank; -1: the end */
-  /* Of a scene that is outlined; templates: the neighbors of some nodes of the simulation, in spacings. */
-  int32_t *region;  /* [cells.n] */
-  double *spacing;  /* [cells.n] */
+  /* Of a scene that is outlined: */
+  int32_t *region;  /* [cells.n] the region that fills the cell */
+  double *spacing;  /* [cells.n] spacing of its nodes */
   double *reach;    /* [cells.n] how far from the cell its nodes need others */
-  double *vector;   /* [template[last]][NDIM] */
-  size_t *template; /* [regions TEMPLATES + 1] where each begins in `vector` */
+  double *vector;   /* [template[last]][NDIM] from nodes of the simulation to their neighbors, in spacings */
+  size_t *template; /* [regions TEMPLATES + 1] where the neighbors of each such node begin in `vector` */
   double *radius;   /* [regions] search radius in spacings */
 };
 
@@ -106,8 +113,8 @@ static void count_ghosts(struct model *o) {
       }
 }
 
-/* Counts the candidates near the cells of each rank, as a run chooses them. Cells have one rank: their bounds
- * are taken once. */
+/* Counts the candidates near the cells of each rank, as a run chooses them. A cell belongs to one rank, so
+ * its bounds are replaced by kith_nowhere once they were taken. */
 static kith_status count_made(struct model *o, struct kith_candidates *candidates, struct kith_bounds *bounds,
                               struct kith_bounds *near) {
   for (int32_t rank = 0; rank < o->n_ranks; ++rank) {
@@ -234,7 +241,7 @@ static kith_status take_templates(struct model *o) {
 
 /* ---- borders ---- */
 
-/* The cells around one cell, as far away as its nodes need others. */
+/* The cells around a cell, in as many layers as its nodes reach. */
 struct ring {
   int layers, side, n_others;
   struct {
@@ -286,7 +293,8 @@ static void look_around(const struct model *o, int64_t c, struct ring *ring) {
   }
 }
 
-/* The ranks, with the mirror images they need, for which a point counts as ghosts so far. */
+/* The ranks that have a point as a ghost so far. A rank may have several mirror images of it: a code stands
+ * for a rank and the axes along which its image is mirrored. */
 struct met {
   int n;
   int32_t of[RING];
@@ -337,8 +345,8 @@ static void meet_neighbors(struct model *o, const struct ring *ring, int64_t c, 
   }
 }
 
-/* Counts ghosts of an outline at points of each cell. These are elsewhere in each cell: together they sample
- * small parts. */
+/* Counts ghosts of an outline at points of each cell, which are at other places in each cell, so that those
+ * of all cells together sample a cell finely. */
 static void count_borders(struct model *o) {
   static const double golden[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
   const int samples = (int)fmin(fmax(MOST_POINTS / (double)o->cells.n, 1), 64);
@@ -367,7 +375,8 @@ static void count_peers(struct model *o) {
 
 /* ---- times ---- */
 
-/* Means over some ranks: neighbors that they talk to when lists are rebuilt, and cells that they send. */
+/* Finds the mean numbers, over some ranks, of neighbors that a rank talks to when lists are rebuilt, and of
+ * cells that it sends to them. */
 static kith_status measure_shells(const struct model *o, double *neighbors, double *cells) {
   struct kith_shell shell = {0};
   int n = 0;
