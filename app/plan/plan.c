@@ -308,27 +308,27 @@ static double expected_steps(double first, double full, double until) {
   return steps + (time < until ? ceil((until - time) / full) : 0);
 }
 
-/* Prints the number of steps, or of updates of a node, and where it is from. */
-static void show_steps(const struct kith_calibration *c, kith_status calibrated, bool fixed, bool parts,
-                       double resolution, double steps, double until) {
-  char many[64], taken[96], reached[32] = "";
+/* Prints the number of steps, or of updates of a node, and how it was found. */
+static void show_steps(const struct kith_plan *plan, const struct kith_calibration *c, kith_status calibrated,
+                       double steps, double until) {
+  const struct kith_integrator *it = &plan->simulation->integrator;
+  const bool parts = it->nodes->activity != NULL; /* not all nodes are updated in each step */
+  const char *label = parts ? "updates" : "steps";
+  char many[64], reached[32] = "";
   snprintf(many, sizeof many, parts ? "about %.4g of a node to t = %.6g" : "about %.9g to t = %.6g",
            parts ? steps : round(steps), until);
   if (c->reached < until) snprintf(reached, sizeof reached, " to t = %.4g", c->reached);
-  snprintf(taken, sizeof taken, "; a calibration run took %.6g at resolution %.4g%s", c->steps, c->resolution,
-           reached);
-  const char *label = parts ? "updates" : "steps";
-  if (calibrated == KITH_OK)
-    kith_text_line(label, "%s%s", many,
-                   c->resolution < resolution || c->reached < until
-                       ? taken
-                       : ", counted by running the scene to its end");
-  else
+  if (calibrated != KITH_OK)
     kith_text_line(label, "%s, an estimate: %s; calibration: %s", many,
-                   fixed   ? "all of the same length"
-                   : parts ? "as many as if all nodes were updated in each step"
-                           : "dt grows by a quarter a step and then stays as it is now",
+                   it->fixed_dt > 0 ? "all of the same length"
+                   : parts          ? "as many as if all nodes were updated in each step"
+                                    : "dt grows by a quarter a step and then stays as it is now",
                    kith_failure());
+  else if (c->resolution < plan->scene->resolution || c->reached < until)
+    kith_text_line(label, "%s; a calibration run took %.6g at resolution %.4g%s", many, c->steps,
+                   c->resolution, reached);
+  else
+    kith_text_line(label, "%s, counted by running the scene to its end", many);
 }
 
 /* Prints steps and cost: the longer the calibration run, the more reliable. */
@@ -352,7 +352,7 @@ static void show_cost(struct kith_plan *plan, const struct kith_options *options
       until > 0 ? kith_calibration_run(&c, options, &guess, until, budget) : KITH_OK;
   plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
   if (calibrated == KITH_OK && !fixed) steps = c.expected;
-  show_steps(&c, calibrated, fixed, parts, plan->scene->resolution, steps, until);
+  show_steps(plan, &c, calibrated, steps, until);
   kith_text_line(
       "cost",
       "about %s: %.3g %s of %d evaluation%s, which take%s %.2f times as long as at the start; %d thread%s",
@@ -383,40 +383,53 @@ static bool is_accepted(const struct kith_options *options, const char *told) {
   return status == KITH_OK;
 }
 
-/* Prints settings that would save time, and their trade-off: model no more than a scene needs. Block steps
- * pay where steps differ much: a tick costs more than a step of as many nodes, and steps are rounded down.
- * The start says nothing of energies that are released later. */
-static void show_cheaper(const struct kith_plan *plan, const struct kith_options *options, double until) {
+/* Writes which time steps would save time, "scheme.steps=block" or "=global", and why; returns false if
+ * those of the scene do. Block steps pay where steps differ much: a tick costs more than a step of as many
+ * nodes, and steps are rounded down. */
+static bool suggest_steps(const struct kith_plan *plan, char text[160]) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
-  const bool blocks = kith_scheme_has_blocks(it->scheme, it->settings),
-             late = isfinite(kith_deposits_next(m->scene, 0));
-  const struct kith_package_traits traits = kith_package_traits(m->package.ops, m->package.settings);
   const bool possible = it->scheme->blocks != NULL && it->fixed_dt <= 0 && m->package.barrier == NULL &&
-                        traits.all_rows == NULL;
+                        kith_package_traits(m->package.ops, m->package.settings).all_rows == NULL;
   const double share = possible ? share_of_updates(plan) : 1;
-  char steps[160];
   snprintf(
-      steps, sizeof steps,
+      text, 160,
       share < 0.4
           ? "scheme.steps=block: time steps of nodes differ; at the start %.2g %% of the updates are needed"
           : "scheme.steps=global: time steps of nodes are alike, %.2g %% of the updates are needed",
       100 * share);
-  const bool may_sleep = it->nodes->activity == NULL && !it->scheme->retries && !it->scheme->implicit &&
-                         !kith_rebuilds_lasting(&m->rebuilds) && m->hydro.outside_force == NULL &&
-                         traits.all_rows == NULL && traits.history == NULL;
-  const double rest = may_sleep ? kith_window_at_rest(it, until) : 0;
-  char window[160];
-  snprintf(window, sizeof window,
+  return kith_scheme_has_blocks(it->scheme, it->settings) != (share < 0.4);
+}
+
+/* Writes "window=follow" and why, if it would save time: if much of the gas stays at rest. */
+static bool suggest_window(const struct kith_plan *plan, double until, char text[160]) {
+  const struct kith_simulation *m = plan->simulation;
+  const struct kith_integrator *it = &m->integrator;
+  const struct kith_package_traits traits = kith_package_traits(m->package.ops, m->package.settings);
+  const bool possible = it->nodes->activity == NULL && !it->scheme->retries && !it->scheme->implicit &&
+                        !kith_rebuilds_lasting(&m->rebuilds) && m->hydro.outside_force == NULL &&
+                        traits.all_rows == NULL && traits.history == NULL;
+  const double rest = possible ? kith_window_at_rest(it, until) : 0;
+  snprintf(text, 160,
            "window=follow: no signal reaches %.0f %% of the nodes; gas at rest costs little until one comes",
            100 * rest);
+  return rest >= 0.3;
+}
+
+/* Prints settings that would save time, and their trade-off: model no more than a scene needs. If energies
+ * are released later, the start does not tell which time steps and which window save time. */
+static void show_cheaper(const struct kith_plan *plan, const struct kith_options *options, double until) {
+  const struct kith_simulation *m = plan->simulation;
+  const bool late = isfinite(kith_deposits_next(m->scene, 0)),
+             lists = !kith_rebuilds_lasting(&m->rebuilds) && m->nodes->activity == NULL;
+  char steps[160], window[160];
   const char *const settings[] = {
-      blocks == (share < 0.4) || late ? NULL : steps, rest < 0.3 || late ? NULL : window,
-      kith_rebuilds_lasting(&m->rebuilds) || it->nodes->activity != NULL
-          ? NULL
-          : "connectivity.rebuild=displacement: Verlet lists, for flow much slower than sound; they cost "
-            "time elsewhere; the same forces",
-      traits.cheaper};
+      !late && suggest_steps(plan, steps) ? steps : NULL,
+      !late && suggest_window(plan, until, window) ? window : NULL,
+      lists ? "connectivity.rebuild=displacement: Verlet lists, for flow much slower than sound; they cost "
+              "time elsewhere; the same forces"
+            : NULL,
+      kith_package_traits(m->package.ops, m->package.settings).cheaper};
   const char *label = "cheaper";
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     if (settings[k] != NULL && is_accepted(options, settings[k]))
