@@ -56,10 +56,11 @@ static int flush_to_disk(struct kith_atomic_file *file) {
   return written && closed ? 0 : -1;
 }
 
-/* A second name first, then the rename below replaces the first: PATH is never missing. Where hard links are
- * not to be had, PATH is missing for a moment. */
+/* Keeps the file that PATH is as PATH.previous. A hard link gives it this second name, so that PATH is not
+ * missing before the rename in `publish` replaces it. A file system without hard links leaves a moment in
+ * which PATH is missing. */
 static kith_status set_aside(const struct kith_atomic_file *file) {
-  if (access(file->path, F_OK) != 0) return KITH_OK; /* .previous is all that there is */
+  if (access(file->path, F_OK) != 0) return KITH_OK; /* there is none; an earlier .previous stays */
   unlink(file->previous);
   if (link(file->path, file->previous) == 0 || errno == ENOENT) return KITH_OK;
   if (rename(file->path, file->previous) == 0) return KITH_OK;

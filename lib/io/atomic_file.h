@@ -14,14 +14,14 @@
 struct kith_atomic_file {
   char *path, *temporary, *previous; /* stored behind this */
   FILE *stream;
-  bool opened; /* the temporary file is ours */
+  bool opened; /* this object has created the temporary file, not only joined it */
 };
 
 /* BAD_FILE if the directory is not there or not writable, or if PATH is something else than a regular
  * file. */
 kith_status kith_atomic_file_open(struct kith_atomic_file **out, const char *path);
-/* The names alone, for a rank that writes into what another has opened: abandon it when that one is through
- * with its own. */
+/* Fills in the names alone, for a rank that writes into the temporary file which another rank has opened. End
+ * it with kith_atomic_file_abandon when the other rank has committed. */
 kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *path);
 /* keep_previous: the file that PATH was stays as PATH.previous. Frees *file in any case; on failure (a full
  * disk shows at the latest here) the temporary file is removed and PATH is as it was, or the new file if only
@@ -29,7 +29,7 @@ kith_status kith_atomic_file_join(struct kith_atomic_file **out, const char *pat
 kith_status kith_atomic_file_commit(struct kith_atomic_file **file, bool keep_previous);
 /* Gives up: removes the temporary file, unless it is joined. Accepts a pointer to NULL. */
 void kith_atomic_file_abandon(struct kith_atomic_file **file);
-/* pwrite of all: 0, or -1 with errno. */
+/* Writes all bytes at a place of a file, as pwrite writes some. Returns 0, or -1 with errno. */
 int kith_write_at(int descriptor, const void *data, size_t bytes, uint64_t place);
 
 #endif

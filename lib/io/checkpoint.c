@@ -160,15 +160,15 @@ static kith_status put(struct kith_checkpoint *c, enum group group, const char *
   return end_section(c, &s);
 }
 
-/* Nodes: list by list, rank by rank. */
+/* Returns the number of nodes of a list on all ranks. counts[rank][list] */
 static size_t sum_of(const struct kith_nodes *nodes, const int64_t *counts, int list) {
   size_t sum = 0;
   for (int r = 0; r < kith_ranks_size(nodes->ranks); ++r) sum += (size_t)counts[r * nodes->n_lists + list];
   return sum;
 }
 
-/* Nodes of other ranks come to rank 0 piece by piece. It receives all of them even if it has failed, as the
- * others wait until they have sent. */
+/* Writes a field: nodes list by list, rank by rank. Those of other ranks come to rank 0 piece by piece. It
+ * receives all of them even if it has failed, since the others wait until they have sent. */
 static kith_status put_field(struct kith_checkpoint *c, enum group group, const struct kith_nodes *nodes,
                              const struct kith_field *field, const int64_t *counts) {
   const size_t size = kith_field_node_size(field);
@@ -242,7 +242,7 @@ kith_status kith_checkpoint_put(struct kith_checkpoint *c, const char *name, enu
   return put(c, GROUP_ARRAY, name, type, 1, n, values);
 }
 
-/* The checksum is that of the file as it can be read. */
+/* Appends the checksum, of the file as it is read back, and commits. */
 static kith_status finish(struct kith_checkpoint *c) {
   if (c->status != KITH_OK) KITH_FAIL(BAD_FILE, "%s: not written: an earlier part of it failed", c->path);
   if (fflush(c->out->stream) != 0) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", c->path, strerror(errno));
@@ -303,7 +303,7 @@ static kith_status read_contents(struct kith_checkpoint *c) {
   return KITH_OK;
 }
 
-/* NULL if there is none. */
+/* Finds a section by its name; NULL if there is none. */
 static const struct entry *find(const struct kith_checkpoint *c, enum group group, const char *name) {
   for (const struct entry *e = c->entry; e < c->entry + c->n_entries; ++e)
     if (e->head.group == group && strcmp(e->head.name, name) == 0) return e;
@@ -314,7 +314,7 @@ static kith_status read_values(const struct kith_checkpoint *c, const struct ent
   return read_at(c, e->at, data, bytes_of(&e->head));
 }
 
-/* The section of this name and shape; rows SIZE_MAX: any number. */
+/* Finds the section of this name, which must have this shape; rows SIZE_MAX: any number of rows. */
 static kith_status expect(const struct kith_checkpoint *c, const struct entry **out, enum group group,
                           const char *name, uint32_t type, size_t components, size_t rows) {
   const struct entry *e = find(c, group, name);
@@ -356,7 +356,7 @@ const char *kith_checkpoint_scene(const struct kith_checkpoint *c) {
   return c->scene;
 }
 
-/* The stored lists: those of `nodes`, one behind the other. */
+/* Reads the stored lists, and checks that they are those of `nodes`, one behind the other. */
 static kith_status read_lists(struct kith_checkpoint *c, const struct kith_nodes *nodes, size_t *total) {
   const struct entry *e = NULL;
   struct stored_list *lists = c->part;
@@ -378,7 +378,8 @@ static kith_status read_lists(struct kith_checkpoint *c, const struct kith_nodes
   return KITH_OK;
 }
 
-/* Reduces c->part to the nodes of each list that this rank has by counts[rank][list], or to an equal part. */
+/* Reduces c->part to the nodes that this rank takes of each list: those that it had by counts[rank][list], or
+ * an equal part if that is NULL. */
 static kith_status take_part(struct kith_checkpoint *c, const struct kith_nodes *nodes,
                              const int64_t *counts) {
   const int me = kith_ranks_rank(c->ranks), size = kith_ranks_size(c->ranks);
@@ -400,7 +401,7 @@ static kith_status take_part(struct kith_checkpoint *c, const struct kith_nodes 
   return KITH_OK;
 }
 
-/* Every field that lasts is in the file with its shape, and the file has no other. */
+/* Checks that the file has every field that lasts, with its shape, and no other field. */
 static kith_status match_fields(const struct kith_checkpoint *c, const struct kith_nodes *nodes,
                                 size_t total) {
   for (int f = 0; f < nodes->n_fields; ++f) {

@@ -10,9 +10,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* Clang's OpenMP registers each process by a file in shared memory, a forked one too, and removes it at its
- * exit only, which a child does not take that _exit or another program ends. Such files pile up, and an empty
- * one (of a process that may write no files) ends a later process of that number by SIGBUS. */
+/* The OpenMP library of clang registers each process, also a forked one, by a file in shared memory, which
+ * it removes in its exit handler. A child that ends by _exit, or becomes another program, does not run that.
+ * Such files pile up; and one that is empty, since its process could write no files, ends a later process
+ * with the same number by SIGBUS. */
 static void forget_openmp(pid_t child) {
 #ifdef __clang__
   char name[64];
@@ -22,10 +23,10 @@ static void forget_openmp(pid_t child) {
   (void)child;
 }
 
-enum { UNKNOWN = 255 }; /* how it ended: someone else waited for it */
+enum { UNKNOWN = 255 }; /* the code of a child that someone else has waited for */
 
 int kith_child_wait(pid_t child) {
-  siginfo_t ended; /* first without taking it: its number is not given to another process before */
+  siginfo_t ended; /* waitid leaves the child waitable, so that no other process has its number yet */
   int status = 0;
   pid_t taken;
   while (waitid(P_PID, (id_t)child, &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) continue;

@@ -13,16 +13,18 @@ struct kith_csv_log {
   char *path; /* owned */
 };
 
-/* DIRECTORY/FILE. `names`: of the columns, with commas. A new file replaces an old one. With `last` the table
- * is continued: rows whose first column, a step, is at most *last are kept, others and an unfinished one are
- * removed; BAD_FILE if its columns are not these. A file without a whole line, or none, is begun. */
+/* Opens the table DIRECTORY/FILE, whose columns have these names, separated by commas. If `last` is NULL, a
+ * new file replaces an old one. Otherwise the table is continued: rows whose first column, a step, is at
+ * most *last are kept, and later and unfinished ones are removed. BAD_FILE if its columns have other names.
+ * A file without a whole line is begun anew. */
 kith_status kith_csv_log_open(struct kith_csv_log *out, const char *directory, const char *file,
                               const char *names, const uint64_t *last);
-/* After the values of a row were printed to `file`: ends it. BAD_FILE if it could not be written. */
+/* Ends a row, whose values the caller has printed to `file`. BAD_FILE if it could not be written. */
 kith_status kith_csv_log_row(struct kith_csv_log *log);
-/* What was written is on the disk. A closed log: nothing to do. */
+/* Waits until all rows are on the disk. Does nothing if the log is closed. */
 kith_status kith_csv_log_sync(struct kith_csv_log *log);
-/* BAD_FILE if the last of it could not be written; closed in any case. A closed log: nothing to do. */
+/* Closes the log in any case; BAD_FILE if the last rows could not be written. Does nothing if it is closed.
+ * */
 kith_status kith_csv_log_close(struct kith_csv_log *log);
 
 #endif

@@ -1,5 +1,5 @@
-/* series.c - data sets that grow, through HDF5. Handles are negative after a failure, and calls with one fail
- * as well: failures are counted and told once. */
+/* series.c - data sets that grow, through HDF5. HDF5 returns negative handles after a failure, and calls with
+ * such a handle fail as well. So no call is checked by itself: HDF5 has failures counted (count_failure). */
 #include "lib/io/series.h"
 
 #include <hdf5.h>
@@ -11,11 +11,11 @@ enum { FIXED = 2 }; /* columns before those of the series: time, step */
 struct column {
   char name[64];
   hid_t type;
-  int rank; /* of a sample: 0 a number, 1 of each point, 2 several of each */
+  int rank; /* dimensions of a sample: 0 a number, 1 a number for each point, 2 several for each point */
   hsize_t size[3];
 };
 
-/* Column k of the file; its first dimension are the samples. */
+/* Describes column k of a group. The first of its dimensions, which grows, is that of the samples. */
 static struct column column_of(const struct kith_series *series, int k) {
   struct column c = {.name = "time", .type = H5T_NATIVE_DOUBLE, .size = {0, series->n, 0}};
   if (k == 1) strcpy(c.name, "step"), c.type = H5T_NATIVE_UINT64;
@@ -75,7 +75,7 @@ static void create_group(hid_t file, const struct kith_series *series) {
   H5Gclose(group);
 }
 
-/* How many samples a column has; -1: there is none, or it is of other points. */
+/* Returns how many samples a column has, or -1 if there is no such column, or it has other points. */
 static hssize_t samples_of(hid_t group, const struct column *c) {
   hsize_t size[3] = {0};
   if (H5Lexists(group, c->name, H5P_DEFAULT) <= 0) return -1;
@@ -101,7 +101,8 @@ static uint64_t step_of(hid_t steps, hsize_t k) {
   return step;
 }
 
-/* Of n samples those up to `step`: they ascend. Each later one is read by itself: mostly these are few. */
+/* Returns how many of n samples, whose steps ascend, are not later than `step`. Steps are read one by one
+ * from the end, since mostly few are later. */
 static hsize_t samples_until(hid_t group, hsize_t n, uint64_t step) {
   const hid_t steps = H5Dopen2(group, "step", H5P_DEFAULT);
   while (n > 0 && step_of(steps, n - 1) > step) --n;
@@ -109,7 +110,7 @@ static hsize_t samples_until(hid_t group, hsize_t n, uint64_t step) {
   return n;
 }
 
-/* Has the group these points, and as many columns? points: memory to read them. */
+/* Has the group the points of the series, and as many columns? `points`: memory to read its points into. */
 static bool is_of(hid_t group, const struct kith_series *series, double *points) {
   const struct column c = {.name = "points", .rank = 1, .size = {series->n, 3}};
   H5G_info_t group_info = {0};
@@ -122,7 +123,8 @@ static bool is_of(hid_t group, const struct kith_series *series, double *points)
   return memcmp(points, series->points, 3 * series->n * sizeof *points) == 0;
 }
 
-/* Drops the samples after `step` of all columns. False: the group has other points or columns. */
+/* Removes the samples after `step` from all columns. Returns false if the group has other points or columns.
+ * */
 static bool cut(hid_t file, const struct kith_series *series, uint64_t step, double *points) {
   if (H5Lexists(file, series->name, H5P_DEFAULT) <= 0) return false;
   const hid_t group = H5Gopen2(file, series->name, H5P_DEFAULT);
@@ -157,19 +159,19 @@ static void append(hid_t group, const struct kith_series *series, int k, const v
   H5Dclose(id);
 }
 
-/* What is done to a file. */
+/* What is done to a file in a child process: series are created, or one is resumed, or gets a sample. */
 struct job {
   const char *path;
   const struct kith_series *series;
   int count;
   bool create;
-  double *points; /* memory for those of the file, if the series is resumed; else NULL */
+  double *points; /* to resume a series: memory for the points of the file; else NULL */
+  uint64_t step;  /* after which samples are removed, or of the new sample */
   double time;
-  uint64_t step;
-  const double *const *values;
+  const double *const *values; /* of the new sample; else NULL */
 };
 
-/* false: the file is of other series. */
+/* Returns false if the file does not have the series. */
 static bool carry_out(hid_t file, const struct job *job) {
   bool same = true;
   for (int s = 0; s < job->count && job->create; ++s) create_group(file, &job->series[s]);

@@ -27,16 +27,18 @@ struct kith_series {
   const struct kith_series_column *column;
 };
 
-/* A new file, which replaces an old one. BAD_FILE with the path. */
+/* Creates a file with `count` series, which replaces an old one. BAD_FILE with the path. */
 kith_status kith_series_create(const char *path, const struct kith_series *series, int count);
-/* Goes on with one of them: samples after `step` are dropped. BAD_INPUT if it is not in the file. */
+/* Prepares a file to be continued after `step`: removes later samples of a series. BAD_INPUT if the file has
+ * no such series, with the same points and columns. */
 kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step);
-/* values[column][n][components]. */
+/* Appends a sample, values[column][n][components], to a series. */
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,
                                const double *const *values);
-/* Column `column` of group `name`, or its "time": sample `sample`, or all (-1). n: samples in the file, each:
- * values of a sample, *values: [samples that were read][each]; NULL or those of an earlier read at the call,
- * owned by the caller, also after a failure. BAD_FILE with the path. */
+/* Reads a column of the group `name`, or its "time": one sample, or all samples if `sample` is -1. Sets *n to
+ * the number of samples in the file, *each to the number of values of a sample, and *values to what was read,
+ * [samples][each]. *values must be NULL or from an earlier read, and is owned by the caller, also after a
+ * failure. BAD_FILE with the path. */
 kith_status kith_series_read(const char *path, const char *name, const char *column, int64_t sample,
                              double **values, size_t *n, size_t *each);
 

@@ -13,7 +13,7 @@
 
 enum { CELL_DATA = 3 }; /* data sets of the cells */
 
-/* What rank 0 finds out, in memory that two processes share. */
+/* What the child process of rank 0 finds out while it makes the file, in memory shared with its parent. */
 struct layout {
   int error;       /* errno of the first failure */
   char failed[96]; /* what was written then; empty: none */
@@ -21,8 +21,8 @@ struct layout {
   haddr_t place[]; /* of the values in the file: of each field, of the flags, of the cells */
 };
 
-/* HDF5 handles are numbers, negative after a failure. No call is skipped then, so that the layout below reads
- * as a list: calls of HDF5 with a negative handle fail as well, and HDF5 tells note_failure of each. */
+/* HDF5 returns negative handles after a failure, and calls with such a handle fail as well. So no call is
+ * checked by itself, and the layout below reads as a list: HDF5 calls note_failure for each failure. */
 struct writer {
   const struct kith_atomic_file *out;
   const struct kith_nodes *nodes;
@@ -70,7 +70,7 @@ static void attribute(struct writer *w, hid_t owner, const char *name, hid_t typ
                      : H5T_NATIVE_INT64),          \
             n, values)
 
-/* Fixed length without the zero: what VTK's reader compares, and what every reader gets as bytes. */
+/* A text type of fixed length without a terminating zero, as the reader of VTK expects it. */
 static hid_t text_type(const char *text) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, KITH_MAX(strlen(text), (size_t)1));
@@ -294,8 +294,7 @@ static kith_status lay_out_apart(struct writer *w) {
   return errno == 0 ? KITH_OK : failed(w);
 }
 
-/* Values, by all ranks: each writes its own rows, which are contiguous in each list, without waiting for
- * others. */
+/* ---- values: each rank writes its own rows, contiguous in each list, without waiting for others ---- */
 
 static kith_status write_rows(const struct writer *w, haddr_t place, size_t first, size_t n, size_t size,
                               const void *values) {
@@ -330,7 +329,8 @@ static kith_status fill_lists(const struct writer *w, haddr_t place, const struc
   return KITH_OK;
 }
 
-/* The fields of these nodes as far as `like` has them; those that were registered later are zero. */
+/* Writes the fields that the nodes `like` have, of `nodes`: the same, or the frozen ones. Frozen nodes may
+ * lack fields that were registered after they were set apart; these are zero in the file. */
 static kith_status fill_fields(const struct writer *w, const struct kith_nodes *like,
                                const struct kith_nodes *nodes, const size_t *first) {
   for (int k = 0; k < like->n_fields; ++k) {
@@ -348,7 +348,7 @@ static kith_status fill_fields(const struct writer *w, const struct kith_nodes *
   return fill_lists(w, w->layout->place[like->n_fields], nodes, &flags, first, w->room);
 }
 
-/* The cells of n nodes from row `first` on; `last`: with the offset behind the last cell. */
+/* Writes the cells of n nodes from row `first` on, and if `last` is set the offset behind the last cell. */
 static kith_status fill_cells(const struct writer *w, const haddr_t place[CELL_DATA], size_t first, size_t n,
                               bool last) {
   int64_t *number = w->room;
@@ -372,7 +372,8 @@ static kith_status fill_all(const struct writer *w, const struct kith_nodes *nod
   return fill_cells(w, cells, part->total, 0, true);
 }
 
-/* Other ranks than 0 sync what they wrote: they may be on other machines. */
+/* Writes the values of this rank. Ranks other than 0, which commits the file, sync what they wrote, since
+ * they may be on other machines. */
 static kith_status fill(struct writer *w, const struct kith_nodes *nodes, const struct kith_nodes *frozen,
                         const struct part *part) {
   const kith_index held = frozen != NULL ? frozen->n_internal : 0;

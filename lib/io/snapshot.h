@@ -20,8 +20,8 @@
 #include "lib/core/vec.h"
 #include "lib/nodes/nodes.h"
 
-/* Provenance: name and text, written as attributes of Run; a text above 60000 bytes, too long for an
- * attribute, becomes a data set of Run. The list is ended by a NULL name; NULL notes: none. */
+/* A name and a text about the run, written as an attribute of Run, or as a data set of Run if the text is too
+ * long for an attribute (above 60000 bytes). A list of notes is ended by a NULL name. */
 struct kith_note {
   const char *name, *text;
 };
@@ -32,7 +32,7 @@ struct kith_snapshot_info {
   struct kith_box box;
   bool periodic[NDIM];
   const struct kith_nodes *frozen; /* the same on all ranks; NULL: none */
-  const struct kith_note *notes;
+  const struct kith_note *notes;   /* NULL: none */
 };
 
 /* BAD_FILE with the path and the reason. Collective: all ranks give the same path, which must be visible to
