@@ -16,8 +16,9 @@ static double cubic_spline(double q) {
   return q >= 2 ? 0 : q >= 1 ? 0.25 * t * t * t : 1 - q * q * (1.5 - 0.75 * q);
 }
 
-/* Returns the least distance of a node of any rank from the center; *spacing: that of this node, of several
- * nodes that are as near the one with the least id, in whatever order they are. */
+/* Returns the least distance of a gas node of any rank from the center. Sets *spacing to the spacing of this
+ * node; if several are as near, to that of the node with the least id, so that their order does not matter.
+ * */
 static double nearest(const struct kith_deposit *deposit, const struct kith_scene *scene,
                       const struct kith_hydro *hydro, double *spacing) {
   struct kith_ranks *ranks = hydro->nodes->ranks;

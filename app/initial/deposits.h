@@ -12,8 +12,9 @@
 #include "app/scene/scene.h"
 #include "physics/hydro.h"
 
-/* Adds the deposits of `time` to the energies, and if the run has begun to what came from outside; sums are
- * exact. BAD_INPUT where no node is near a center. Collective. */
+/* Adds the deposits of this time to the energies of nodes, and, after the start, to the energy that came
+ * from outside. Sums do not depend on the order of nodes. BAD_INPUT if a ball or kernel has no node.
+ * Collective. */
 kith_status kith_deposits_add(const struct kith_scene *scene, struct kith_hydro *hydro, double time);
 /* The time of the next deposit after `time`; INFINITY: there is none. */
 double kith_deposits_next(const struct kith_scene *scene, double time);

@@ -1,14 +1,16 @@
-/* A glass: sites at random, one in each cube of a periodic cell, roll down the sum over pairs of a Wendland
- * kernel until they are nearly at rest. The density of such a kernel is then even to .3 %, and no direction
- * is like that of a lattice. */
+/* A glass: each cube of a periodic cell gets a site at a random place in it. The sites then move down the
+ * gradient of the sum over pairs of a Wendland kernel until they are nearly at rest. The density summed with
+ * such a kernel is then uniform to 0.3 %, and no direction stands out as in a lattice. */
 #include "app/initial/glass.h"
 
 #include <math.h>
 #include "lib/core/random.h"
 
-enum { ITERATIONS = 1000, RESTLESS = 20, EVERY = 20, PAIRS = KITH_GLASS_SITES * (NDIM == 3 ? 80 : 20) };
+enum { ITERATIONS = 1000, PAIRS = KITH_GLASS_SITES * (NDIM == 3 ? 80 : 20) };
+enum { RESTLESS = 20, EVERY = 20 }; /* pairs are found in each of the first iterations, later in every 20th */
 static const double support = 2.4, skin = 0.4; /* in mean spacings */
-static const double step = 0.3, kept = 0.8;    /* of force and last move in a move: fastest by experiment */
+/* A move is `step` times the force and `kept` times the last move: this was fastest in experiments. */
+static const double step = 0.3, kept = 0.8;
 
 struct glass {
   double x[KITH_GLASS_SITES][NDIM], move[KITH_GLASS_SITES][NDIM];

@@ -1,4 +1,4 @@
-/* glass.h - a glass: sites without directions, at rest among each other. */
+/* glass.h - a glass: sites that are nearly at rest among each other, without the directions of a lattice. */
 #ifndef KITH_APP_INITIAL_GLASS_H
 #define KITH_APP_INITIAL_GLASS_H
 

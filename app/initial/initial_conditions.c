@@ -1,4 +1,4 @@
-/* Nodes from a scene: what is in a region, how many nodes each gets, where they stand, their state. */
+/* Nodes from a scene: how many each region gets, where they stand, and their state. */
 #include "app/initial/initial_conditions.h"
 
 #include <string.h>
@@ -294,7 +294,7 @@ static kith_status visit_sites(const struct setup *s, struct plan *plan, bool fi
   return KITH_OK;
 }
 
-/* Counts the nodes in this rank's equal part of the sites. plan->id: number of nodes of the ranks before. */
+/* Counts the nodes in this rank's equal part of the sites. Adds to plan->id those of the ranks before. */
 static kith_status count_share(const struct setup *s, struct plan *plan) {
   const int me = kith_ranks_rank(s->ranks), size = kith_ranks_size(s->ranks);
   const bool whole = kith_region_stays(plan->region);
@@ -340,9 +340,9 @@ static kith_status count_nodes(const struct setup *s, int64_t *total) {
   return KITH_OK;
 }
 
-/* Checks that the least a run takes fits into the memory of this computer, with the shares of its ranks:
- * rows, fields, and twice as much as the fields for search, package and packed nodes (sph: 1.1 to 1.6 times
- * this). */
+/* Checks that the memory of this computer is enough for the ranks that run on it. Counted are rows, fields,
+ * and twice as much as the fields for the search, the package and packed nodes, which is less than a run
+ * takes (sph takes 1.1 to 1.6 times as much). */
 static kith_status check_memory(const struct setup *s, int64_t total) {
   size_t each = 0;
   char need[32], there[32];

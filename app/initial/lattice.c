@@ -44,8 +44,8 @@ static double extent(const struct kith_box *box, int axis) {
   return box->upper[axis] - box->lower[axis];
 }
 
-/* Number of cells along an axis. A half rounds up whatever the round-off of the quotient; more than
- * KITH_MAX_SITES are refused later. */
+/* Rounds a number of cells along an axis, at least 1. A half is rounded up even if round-off made it a little
+ * less. More than KITH_MAX_SITES are refused later. */
 static int64_t whole(double cells_wanted) {
   const double n = floor(cells_wanted * (1 + 1e-9) + 0.5);
   return n < 1 ? 1 : n > KITH_MAX_SITES ? KITH_MAX_SITES + 1 : (int64_t)n;
@@ -91,7 +91,7 @@ kith_status kith_lattice_balance(struct kith_lattice_fit *fit, double volume) {
   return count_sites(fit);
 }
 
-/* Counts places from the middle of the box, so that sites on both sides of it mirror each other exactly. */
+/* Measures places from the middle of the box, so that sites on both sides of it mirror each other exactly. */
 void kith_lattice_site(const struct kith_lattice_fit *fit, int64_t site, double *x) {
   const int per_cell = cells[fit->kind].n;
   const double *offset = fit->site[site % per_cell];

@@ -18,8 +18,8 @@ kith_status kith_region_holds(const struct kith_region *region, const double *x,
  * samples. */
 kith_status kith_region_mean_density(const struct kith_region *region, const struct kith_box *box,
                                      double *mean);
-/* Moves x by the displacement of the region. *stretch: the factor by which that enlarges a volume there, the
- * determinant of the derivatives of the new place, by differences over `step`. */
+/* Moves x by the displacement of the region. *stretch: the factor by which this enlarges a volume at x, which
+ * is the determinant of the derivatives of the new place, by differences over `step`. */
 kith_status kith_region_displace(const struct kith_region *region, const struct kith_box *domain, double step,
                                  double *x, double *stretch);
 
