@@ -27,6 +27,18 @@ static struct column column_of(const struct kith_series *series, int k) {
   return c;
 }
 
+/* What is done to a file, in a child process (child.h). */
+struct job {
+  const char *path;
+  const struct kith_series *series;
+  bool (*action)(hid_t file, const struct job *job); /* returns false if the file does not have the series */
+  int count;                                         /* to create: number of series */
+  uint64_t step;  /* to resume: the last to keep; to append: that of the sample */
+  double *points; /* to resume: memory to read the points of the file into */
+  double time;    /* to append: those of the sample */
+  const double *const *values;
+};
+
 static herr_t count_failure(hid_t stack, void *failures) {
   (void)stack;
   ++*(int *)failures;
@@ -73,6 +85,11 @@ static void create_group(hid_t file, const struct kith_series *series) {
   attribute(group, "shape", H5T_NATIVE_INT, 3, series->shape);
   for (int k = 0; k < FIXED + series->n_columns; ++k) create_column(group, series, k);
   H5Gclose(group);
+}
+
+static bool create_groups(hid_t file, const struct job *job) {
+  for (int s = 0; s < job->count; ++s) create_group(file, &job->series[s]);
+  return true;
 }
 
 /* Returns how many samples a column has, or -1 if there is no such column, or it has other points. */
@@ -123,15 +140,15 @@ static bool is_of(hid_t group, const struct kith_series *series, double *points)
   return memcmp(points, series->points, 3 * series->n * sizeof *points) == 0;
 }
 
-/* Removes the samples after `step` from all columns. Returns false if the group has other points or columns.
- * */
-static bool cut(hid_t file, const struct kith_series *series, uint64_t step, double *points) {
+/* Removes the samples after job->step from all columns, unless the group has other points or columns. */
+static bool resume(hid_t file, const struct job *job) {
+  const struct kith_series *series = job->series;
   if (H5Lexists(file, series->name, H5P_DEFAULT) <= 0) return false;
   const hid_t group = H5Gopen2(file, series->name, H5P_DEFAULT);
   struct column c = column_of(series, 1);
   const hssize_t n = samples_of(group, &c);
-  const hsize_t kept = n > 0 ? samples_until(group, (hsize_t)n, step) : 0;
-  bool same = n >= 0 && is_of(group, series, points);
+  const hsize_t kept = n > 0 ? samples_until(group, (hsize_t)n, job->step) : 0;
+  bool same = n >= 0 && is_of(group, series, job->points);
   for (int k = 0; k < FIXED + series->n_columns && same; ++k) {
     c = column_of(series, k);
     same = samples_of(group, &c) >= (hssize_t)kept;
@@ -145,7 +162,7 @@ static bool cut(hid_t file, const struct kith_series *series, uint64_t step, dou
   return same;
 }
 
-static void append(hid_t group, const struct kith_series *series, int k, const void *values) {
+static void append_value(hid_t group, const struct kith_series *series, int k, const void *values) {
   struct column c = column_of(series, k);
   const hsize_t from[3] = {(hsize_t)KITH_MAX(samples_of(group, &c), 0)}, one[3] = {1, c.size[1], c.size[2]};
   c.size[0] = from[0] + 1;
@@ -159,30 +176,14 @@ static void append(hid_t group, const struct kith_series *series, int k, const v
   H5Dclose(id);
 }
 
-/* What is done to a file in a child process: series are created, or one is resumed, or gets a sample. */
-struct job {
-  const char *path;
-  const struct kith_series *series;
-  int count;
-  bool create;
-  double *points; /* to resume a series: memory for the points of the file; else NULL */
-  uint64_t step;  /* after which samples are removed, or of the new sample */
-  double time;
-  const double *const *values; /* of the new sample; else NULL */
-};
-
-/* Returns false if the file does not have the series. */
-static bool carry_out(hid_t file, const struct job *job) {
-  bool same = true;
-  for (int s = 0; s < job->count && job->create; ++s) create_group(file, &job->series[s]);
-  if (job->points != NULL) same = cut(file, job->series, job->step, job->points);
-  if (job->values == NULL) return same;
-  const hid_t group = H5Gopen2(file, job->series->name, H5P_DEFAULT);
-  append(group, job->series, 0, &job->time);
-  append(group, job->series, 1, &job->step);
-  for (int k = 0; k < job->series->n_columns; ++k) append(group, job->series, FIXED + k, job->values[k]);
+static bool append(hid_t file, const struct job *job) {
+  const struct kith_series *series = job->series;
+  const hid_t group = H5Gopen2(file, series->name, H5P_DEFAULT);
+  append_value(group, series, 0, &job->time);
+  append_value(group, series, 1, &job->step);
+  for (int k = 0; k < series->n_columns; ++k) append_value(group, series, FIXED + k, job->values[k]);
   H5Gclose(group);
-  return same;
+  return true;
 }
 
 enum outcome { DONE, FAILED, OTHER };
@@ -194,9 +195,10 @@ static int work(void *of) {
   void *data;
   H5Eget_auto2(H5E_DEFAULT, &handler, &data);
   H5Eset_auto2(H5E_DEFAULT, count_failure, &failures);
-  const hid_t file = job->create ? H5Fcreate(job->path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)
-                                 : H5Fopen(job->path, H5F_ACC_RDWR, H5P_DEFAULT);
-  const bool same = file < 0 || carry_out(file, job);
+  const hid_t file = job->action == create_groups
+                         ? H5Fcreate(job->path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)
+                         : H5Fopen(job->path, H5F_ACC_RDWR, H5P_DEFAULT);
+  const bool same = file < 0 || job->action(file, job);
   if (file >= 0) H5Fclose(file);
   H5Eset_auto2(H5E_DEFAULT, handler, data);
   return failures > 0 || file < 0 ? FAILED : same ? DONE : OTHER;
@@ -210,20 +212,20 @@ static kith_status with_file(struct job job) {
 }
 
 kith_status kith_series_create(const char *path, const struct kith_series *series, int count) {
-  return with_file((struct job){path, .series = series, .count = count, .create = true});
+  return with_file((struct job){path, series, create_groups, .count = count});
 }
 
 kith_status kith_series_resume(const char *path, const struct kith_series *series, uint64_t step) {
   double *points = NULL;
   KITH_TRY(kith_resize(&points, 0, 3 * series->n, sizeof *points));
-  const kith_status status = with_file((struct job){path, .series = series, .step = step, .points = points});
+  const kith_status status = with_file((struct job){path, series, resume, .step = step, .points = points});
   kith_free(&points);
   return status;
 }
 
 kith_status kith_series_append(const char *path, const struct kith_series *series, double time, uint64_t step,
                                const double *const *values) {
-  return with_file((struct job){path, .series = series, .time = time, .step = step, .values = values});
+  return with_file((struct job){path, series, append, .step = step, .time = time, .values = values});
 }
 
 static kith_status read_samples(hid_t data, int64_t sample, double **values, size_t *n, size_t *each) {
