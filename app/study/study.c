@@ -127,28 +127,25 @@ static const json_t *at(const json_t *object, const char *path) {
   return object;
 }
 
-/* Reads a number of a report. BAD_FILE if there is none, or it is null. */
-static kith_status report_number(const char *path, const char *key, double *value) {
+kith_status kith_report_measure(const char *path, const char *measure, double *value) {
+  char key[2][128];
+  double number[2] = {NAN, 1};
+  const char *missing = NULL;
   json_error_t error;
+  const int parts = kith_measure_parse(measure, key), n_keys = parts > 1 ? 2 : 1;
   json_t *report = json_load_file(path, 0, &error);
   *value = NAN;
   if (report == NULL) KITH_FAIL(BAD_FILE, "%s:%d: %s", path, error.line, error.text);
-  const json_t *number = at(report, key);
-  const bool found = json_is_number(number);
-  if (found) *value = json_number_value(number);
+  for (int k = 0; k < n_keys && missing == NULL; ++k) {
+    const json_t *found = at(report, key[k]);
+    if (json_is_number(found))
+      number[k] = json_number_value(found);
+    else
+      missing = key[k];
+  }
   json_decref(report);
-  if (!found) KITH_FAIL(BAD_FILE, "%s: no %s", path, key);
-  return KITH_OK;
-}
-
-kith_status kith_report_measure(const char *report, const char *measure, double *value) {
-  char key[2][128];
-  double divisor = 1;
-  const int parts = kith_measure_parse(measure, key);
-  KITH_TRY(report_number(report, key[0], value));
-  if (parts > 1) KITH_TRY(report_number(report, key[1], &divisor));
-  *value /= divisor;
-  if (parts > 2) *value = fabs(*value - 1);
+  if (missing != NULL) KITH_FAIL(BAD_FILE, "%s: no %s", path, missing);
+  *value = parts > 2 ? fabs(number[0] / number[1] - 1) : number[0] / number[1];
   return KITH_OK;
 }
 
