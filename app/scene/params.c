@@ -57,8 +57,8 @@ static kith_status read_scalar(const struct kith_param *param, const struct kith
   return status == KITH_BAD_INPUT ? kith_config_fail(node, NULL, "%s", kith_failure()) : status;
 }
 
-/* Reads {1d: .., 2d: .., 3d: ..}: takes the value of this dimension; checks others if that needs no
- * memory. */
+/* Reads {1d: .., 2d: .., 3d: ..}: takes the value of this dimension. The others are only checked, and not
+ * even that if they are formulas, which need memory. */
 static kith_status read_by_dimension(const struct kith_param *param, const struct kith_config_node *node,
                                      void *into) {
   char unused[ROOM];
@@ -119,7 +119,8 @@ kith_status kith_param_value(const struct kith_param *param, const struct kith_c
   return KITH_OK;
 }
 
-/* The default of a row: of {1d: a, 2d: b, 3d: c} that for the dimension of the scene, which `text` holds. */
+/* The default of a row. If it is {1d: a, 2d: b, 3d: c}, that for the dimension of the scene, copied to
+ * `text`. */
 static const char *default_of(const struct kith_param *param, const struct kith_config_node *node,
                               char text[64]) {
   if (param->fallback == NULL || param->fallback[0] != '{') return param->fallback;
@@ -244,8 +245,8 @@ static bool is_alike(const struct kith_param *a, const struct kith_param *b) {
   return strcmp(a->doc, b->doc) == 0 && strcmp(a->allowed, b->allowed) == 0;
 }
 
-/* Writes the members of the family that have the key, "mfm, sph"; row: only those that mean the same by it,
- * NULL: all. Returns whether this is the first of them. */
+/* Appends to `names` the members of the family that have the key, "mfm, sph"; if `row` is not NULL only those
+ * that mean the same by it. Returns whether `member` is the first of them. */
 static bool list_owners(const char *key, const struct kith_param *row, kith_family *family, int member,
                         char *names, size_t size) {
   int first = -1;
@@ -273,12 +274,13 @@ static kith_status check_other(const struct kith_param *chooser, struct kith_mem
   return KITH_OK;
 }
 
-/* needed_row: the row of the table that another row needs. holds: does this value of it satisfy the need? */
+/* The row on whose value it depends whether row `p` means something. */
 static const struct kith_param *needed_row(const struct kith_param *params, const struct kith_param *p) {
   char key[ROOM];
   snprintf(key, sizeof key, "%.*s", (int)strcspn(p->needs, "!="), p->needs);
   return kith_params_find(params, key);
 }
+/* Does row `p` mean something if the row that it needs has this value? */
 static bool holds(const struct kith_param *p, const char *value) {
   const char *wanted = strchr(p->needs, '=');
   return (strcmp(value, wanted + 1) == 0) == (wanted[-1] != '!');
@@ -465,7 +467,8 @@ static void print_comment(const struct kith_param *param, const char *owners, bo
   fprintf(file, "%s%s\n", allowed[0] == '\0' ? "" : range ? "; in " : "; one of ", choices);
 }
 
-/* idle: the key means something only beside other values than the defaults, so that it is commented out. */
+/* Prints a key. idle: it means something only if other keys do not have their defaults, so that it is
+ * commented out. item: it is the first key of an entry of a list. derives: as in kith_param. */
 static void print_param(const struct kith_param *param, const char *owners, bool derives, bool idle,
                         int indent, bool item, FILE *file) {
   const char *value = param->fallback == NULL ? "" : param->fallback;

@@ -213,8 +213,8 @@ static kith_status read_packages(struct kith_scene *scene, const struct kith_con
   return KITH_OK;
 }
 
-/* Refuses keys that mean nothing beside what other parts of the scene say, unless these were chosen in a
- * later layer. */
+/* Refuses keys that mean nothing beside what other parts of the scene say, unless those parts were chosen in
+ * a later layer (kith_config_is_older). */
 static kith_status check_idle(const struct kith_scene *scene) {
   const bool *measured = scene->measure.wanted;
   int spaced = 0; /* regions whose spacing is left to the arrangement */
@@ -262,8 +262,8 @@ static kith_status check_measures(struct kith_scene *scene) {
   return KITH_OK;
 }
 
-/* Checks that the storage of the lists of probes and contacts keeps all neighbors of a node, and images that
- * are stored as shifts, if a boundary has such images. */
+/* Checks that the storage of the lists of probes and contacts keeps all neighbors of a node, and, if a
+ * boundary stores its images as shifts, such images too. */
 static kith_status check_storage(const struct kith_scene *scene) {
   const struct kith_config_node *given = kith_config_at(scene->config, "connectivity.storage");
   struct kith_stored stored;

@@ -73,8 +73,9 @@ static kith_status read_side(const struct kith_config_node *node, struct kith_se
   return KITH_OK;
 }
 
-/* Checks what may be on opposite sides of an axis: the same boundary with the same settings, or one and an
- * open side; any two, where gas passes one of them. A boundary of one side (piston) needs an open one. */
+/* Checks the boundaries on opposite sides of an axis. They may be the same with the same settings, or one
+ * may be open. If gas passes one of them, the other may be any that does not act on one side alone. Opposite
+ * to one that does, a piston, must be an open side. */
 static kith_status check_sides(const struct kith_boundary_ops *lower, const struct kith_boundary_ops *upper,
                                const struct kith_selected side[2], const struct kith_config_node *node) {
   if (kith_boundary_wraps(lower) != kith_boundary_wraps(upper))
@@ -139,8 +140,8 @@ static kith_status read_axis(struct kith_scene *scene, int axis, const struct ki
   return status;
 }
 
-/* Sets *face to where the face is. Checks that the state at an inflow is given as a whole or not at all.
- * *unsteady: set if this state varies with place or time. */
+/* Sets *face to the place of a face that gas passes, if that is given. Checks that the state at an inflow is
+ * given as a whole or not at all. Sets *unsteady if this state varies with place or time. */
 static kith_status check_flow(const struct kith_boundary_ops *ops, const struct kith_flow_settings *flow,
                               double *face, bool *unsteady, const struct kith_config_node *node) {
   if (!kith_boundary_passes(ops)) return KITH_OK;
@@ -158,7 +159,8 @@ static kith_status check_flow(const struct kith_boundary_ops *ops, const struct 
   return KITH_OK;
 }
 
-/* Checks the faces that gas passes. One axis may have them: zones of two would have to meet in the corner. */
+/* Checks the faces that gas passes. Only one axis may have them, since the zones behind the faces of two axes
+ * would have to meet in the corners. */
 static kith_status check_flows(struct kith_scene *scene, const struct kith_config_node *node) {
   int axis = -1;
   for (int a = 0; a < NDIM; ++a) {

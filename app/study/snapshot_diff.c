@@ -1,5 +1,5 @@
-/* snapshot_diff.c - reads fields as doubles, which hold ids up to 2^53, and compares them in the order of
- * ids, or bitwise where both files have the same order. */
+/* snapshot_diff.c - reads fields as doubles, which hold ids up to 2^53. Compares them in the order of ids, or
+ * bitwise if both files have the same order. */
 #define _GNU_SOURCE /* qsort_r */
 #include "app/study/study.h"
 

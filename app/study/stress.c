@@ -11,7 +11,7 @@
 #include <math.h>
 #include "app/study/study.h"
 
-/* The measure of job k, over that at the first value if the sweep says so; NaN: the run failed. */
+/* The measure of job k, divided by that at the first value if the sweep says so; NaN if the run failed. */
 static double judged_value(const struct kith_suite *s, int k) {
   const double value = s->point[k].value[KITH_MEASURES],
                first = s->point[k - k % s->n_values].value[KITH_MEASURES];

@@ -29,8 +29,8 @@ struct validation {
   int n_compared, n_same;    /* rows compared with another one; of these, those that are the same */
   int n_done, n_wrong, n_failed;
   int width;                  /* of the column of names */
-  int n_errors;               /* of the rows so far that have a resolution, for orders */
-  double *error, *resolution; /* of room for all rows; error is owned */
+  int n_errors;               /* rows so far that have a resolution; from their values orders are computed */
+  double *error, *resolution; /* [n_errors], with room for all rows; owned, one behind the other */
   int lock;                   /* of the directory; 0: none */
   struct kith_csv_log table;
 };
@@ -95,7 +95,7 @@ static kith_status same_norms(const struct validation *v, double *value) {
   return KITH_OK;
 }
 
-/* Finds the last snapshot that a run's list names: older runs may have left more files. */
+/* Finds the last snapshot in the list that a run has written. Older runs may have left more files. */
 static kith_status last_snapshot(const struct validation *v, const char *label, char path[PATH]) {
   struct kith_config *series = NULL;
   KITH_TRY(need(v, label));
@@ -162,7 +162,7 @@ struct outcome {
   bool failed, good;
 };
 
-/* What is required of a row: a bound, or a figure up to `within`. */
+/* What is required of a row: a bound, or a figure, from which the value may differ by `within`. */
 struct limit {
   const char *relation;
   double value, within;

@@ -14,7 +14,7 @@
 
 struct kith_figure_layout {
   int rows, columns, width, height; /* of a panel, in pixels of the png */
-  int legend;                       /* height of a strip below the panels */
+  int legend;                       /* height of the strip below the panels that has the legend */
 };
 
 struct kith_figure {
@@ -24,12 +24,12 @@ struct kith_figure {
   kith_status status;            /* of the pixels of maps, which are files of their own */
   bool png_only;                 /* no pdf: one of many pictures */
   int n_panels;                  /* so far */
-  /* Of the present panel: what its plot command says of the series. */
+  /* Of the present panel: the series so far, and what its plot command will say of them. */
   int n_series, n_points;
   FILE *plot;
   char *plot_text;
   size_t plot_size;
-  /* The series of the first panel, for the legend. */
+  /* The series of the first panel, as the plot command of the legend lists them. */
   FILE *legend;
   char *legend_text;
   size_t legend_size;

@@ -32,7 +32,7 @@ struct picture {
   int64_t total, before;                    /* nodes of all ranks, and of those before this one */
   char *rows;    /* [n_rows][1 + n_curves] place and values of nodes that are shown; owned */
   size_t n_rows; /* of all ranks */
-  double mean[BINS][2 + KITH_PICTURE_PANELS]; /* sums of V, V times place, V times value */
+  double mean[BINS][2 + KITH_PICTURE_PANELS]; /* sums of V, V times place, V times value of each curve */
   struct kith_map plane;                      /* of maps */
   float *pixels[KITH_PICTURE_PANELS];         /* owned */
 };
@@ -80,7 +80,8 @@ static double place_of(const struct picture *f, kith_index i) {
   return kith_exact_place(f->plot->exact, f->center, f->plot->nodes.position + (size_t)i * NDIM);
 }
 
-/* Picks a node from stretch k of `stretches`, by golden sections: no pattern with that of a lattice. */
+/* Picks a node from part k of `stretches` equal parts of n nodes. Its place in the part follows the golden
+ * section, so that the picked nodes make no pattern with a lattice. */
 static kith_index picked(kith_index n, kith_index stretches, kith_index k) {
   const int64_t first = (int64_t)n * k / stretches, next = (int64_t)n * (k + 1) / stretches;
   return (kith_index)(first + (int64_t)((double)(next - first) * fmod(k * 0.6180339887498949, 1)));
@@ -94,7 +95,8 @@ static void add_panel(struct picture *f, enum kith_picture_field field, bool err
   f->panel[f->n++] = (struct panel){field, error, map, KITH_NO_RANGE, KITH_NO_RANGE};
 }
 
-/* Does the exact solution vary across x, so that no curve over x shows it? By 200 nodes of each rank. */
+/* Does the exact solution vary across x, so that no curve over x shows it? This is tried at the places of 200
+ * nodes of each rank. */
 static bool varies_across(const struct picture *f) {
   const struct kith_plot *p = f->plot;
   const kith_index n = p->nodes.n, asked = KITH_MIN(n, (kith_index)200);
@@ -180,7 +182,7 @@ static kith_status count_nodes(struct picture *f) {
   return KITH_OK;
 }
 
-/* Collects at most MOST_NODES nodes, from each rank according to its number. */
+/* Collects at most MOST_NODES nodes on rank 0, from each rank in proportion to its nodes. */
 static kith_status collect_nodes(struct picture *f) {
   const struct kith_profile_view *nodes = &f->plot->nodes;
   const int64_t most = KITH_MIN(f->total, (int64_t)MOST_NODES), all = KITH_MAX(f->total, 1);
@@ -215,7 +217,8 @@ static void collect_means(struct picture *f) {
   kith_ranks_sum(nodes->ranks, f->mean[0], BINS * (2 + KITH_PICTURE_PANELS));
 }
 
-/* Without a plane of the scene: through the center, which may be in a corner of the domain, or the middle. */
+/* Chooses the plane of maps: that of the scene, else across z through the center of the exact solution, which
+ * may be in a corner of the domain, or through the middle. */
 static void choose_plane(struct picture *f) {
   const struct kith_picture *wanted = f->plot->picture;
   const bool column = f->plot->exact != NULL && f->plot->exact->vortex; /* has no center along z */
@@ -310,8 +313,8 @@ static kith_status write_means(const struct picture *f, const char *directory) {
   return kith_atomic_file_commit(&file, false);
 }
 
-/* Writes the exact curve; about a center on a ray to a corner: in a periodic box images are farthest
- * there. */
+/* Writes the exact curve. About a center it is taken along a diagonal, on which the images of a periodic box
+ * are farthest away. */
 static kith_status write_curve(struct picture *f, const char *directory) {
   const struct kith_plot *p = f->plot;
   const double *center = f->center;
@@ -348,8 +351,9 @@ static void put_title(char title[96], const struct picture *f, const struct pane
   snprintf(title + used, 96 - (size_t)used, ", L1 error %.3g", norm[panel->field]->l1);
 }
 
-/* The range of a panel: nodes and the exact curve, with some room. Where the curve has no bound, as the
- * energy in the center of a blast, it ends three spans (on a logarithmic axis a decade) beyond the nodes. */
+/* The range of a panel: that of nodes and of the exact curve, with some room. The curve may have no bound, as
+ * the energy in the center of a blast. So the range ends at three times the span of the nodes beyond them, or
+ * at a decade beyond them on a logarithmic axis. */
 static struct kith_range widest(const struct panel *panel, bool logarithmic) {
   struct kith_range n = panel->nodes, all = n;
   if (!(n.lower <= n.upper)) return (struct kith_range){0, 1};

@@ -35,7 +35,7 @@ static kith_status load(struct picture *f, int64_t sample) {
   return KITH_OK;
 }
 
-/* The place of row `row` of what is loaded. A probe of one point has a row a sample, all at its place. */
+/* The place of a row of what is loaded. Rows are points; of a probe of one point they are samples. */
 static void position_of(const struct picture *f, size_t row, double x[NDIM]) {
   kith_probe_point(f->probe, f->n_edges > 0 ? (int)row : 0, x);
 }
@@ -60,7 +60,8 @@ static double value_at(const struct picture *f, int k, size_t row, double time) 
 
 /* ---- curves ---- */
 
-/* The axis along which an edge is; -1: it is oblique, and places are distances from where it begins. */
+/* The axis in whose direction an edge goes. -1 if there is none: then places are distances from its
+ * beginning. */
 static int axis_of(const struct picture *f, int edge) {
   int axis = -1;
   for (int a = 0; a < NDIM; ++a) {
