@@ -1,16 +1,17 @@
-/* bench.c - `kith bench`: node updates per second, and a roofline in words: for each stage its self time
- * (without the stages below it), also per row entry, the bytes it has to move, and what that is of the
- * bandwidth and of plain loops of the same session.
+/* bench.c - `kith bench`: node updates per second, and for each stage its self time (without the stages below
+ * it), also per row entry, the bytes that it has to move, and how its speed compares with the bandwidth of
+ * memory and with plain loops that are timed in the same session.
  *
- * The case: Sedov with 10^6 nodes (100^3; --set resolution=N), every node each step, double, adaptive
- * supports (60 neighbors in 3-D), Wendland C2, 10 steps (--steps N) after the first rates, nodes in curve
- * order. Every package, or that of --set method.package=NAME: with its defaults on one thread and on all,
- * with the other traversal on one. Ratios to the reference loops can be compared between machines.
+ * The case is a Sedov blast with 10^6 nodes (100^3; --set resolution=N): every node in each step, doubles,
+ * adaptive supports (60 neighbors in 3-D), Wendland C2, nodes in the order of the curve. 10 steps (--steps
+ * N) after the first rates are timed. Every package is run, or that of --set method.package=NAME: with its
+ * defaults on one thread and on all threads, and with the other traversal on one thread. Ratios to the
+ * reference loops can be compared between machines.
  *
- * The last line is the figure of merit: of the first package, with its defaults on all threads.
+ * The last line is the figure of merit of the first package, with its defaults on all threads.
  *
- * Bytes (counter "bytes") are the least that the data layout of a stage moves: each array it needs, once,
- * ghosts included. The share of the triad says how far a stage is from its memory bound. */
+ * Bytes (counter "bytes") are the least that the data layout of a stage moves: each array that it needs is
+ * counted once, with its ghosts. The share of the triad says how far a stage is from its memory bound. */
 #include "app/cli/options.h"
 
 #include <math.h>
@@ -109,7 +110,7 @@ static double plain_force(const struct kith_simulation *m, kith_index i) {
   return rate + kith_norm(sum);
 }
 
-/* ns per node of a sum over the rows: one scalar loop, in which nothing is stored; best of three. */
+/* Times a sum over the rows of each node, in which nothing is stored: nanoseconds per node, best of three. */
 static double time_of(const struct kith_simulation *m,
                       double (*node)(const struct kith_simulation *, kith_index)) {
   double best = INFINITY;
@@ -215,7 +216,7 @@ static void print_line(const char *what, const struct figures *f, double ns, dou
   printf("\n");
 }
 
-/* ns per node and step of a stage with those below it, or of its own; 0: there is none. */
+/* Nanoseconds per node and step of a stage: its own, or with the stages below it. 0 if there is no stage. */
 static double ns_of(const struct figures *f, int stage, bool own) {
   const struct kith_stage *of;
   if (f == NULL || stage >= kith_profile_stages(f->profile, &of)) return 0;
@@ -259,7 +260,8 @@ static void print_stages(const char *package, const struct figures *one, const s
       one->candidates, rows / one->candidates, one->entries, one->entries / one->candidates, one->pairs);
 }
 
-/* Runs and prints the cases of a package, unless the command line sets another. *fom: of the first one. */
+/* Runs and prints the cases of a package, unless the command line sets another package. Sets *fom unless it
+ * was set by a package before. */
 static kith_status bench_package(const struct kith_options *options, const char *package, int all,
                                  double triad, struct kith_fom *fom) {
   struct figures f[3] = {0}; /* on one thread, on all, by the other traversal */

@@ -1,5 +1,5 @@
-/* process.h - child processes: where the programs kith-1d, kith-2d and kith-3d are, running one of them, and
- * gnuplot. */
+/* process.h - processes and directories: where the programs kith-1d, kith-2d and kith-3d are, running one of
+ * them or gnuplot, and directories that one process writes to. */
 #ifndef KITH_APP_CLI_PROCESS_H
 #define KITH_APP_CLI_PROCESS_H
 
@@ -19,10 +19,10 @@ kith_status kith_programs_find(struct kith_programs *programs);
 bool kith_is_same_file(const char *a, const char *b);
 /* Creates a directory and its parents where they do not exist. */
 kith_status kith_directory_make(const char *path);
-/* Of the message that another process is. */
+/* What the message of kith_directory_claim has if another process writes there. */
 #define KITH_CLAIMED ": another run writes there"
-/* Makes this process the only one that writes to a directory until *lock is closed, or the process ends.
- * BAD_FILE: another one is. */
+/* Makes this process the only one that writes to a directory until *lock is closed or the process ends.
+ * BAD_FILE if another one writes there. */
 kith_status kith_directory_claim(const char *path, int *lock);
 
 /* Runs the command words[0], words[1]... (ended by NULL), appends its output to the file `log`, and waits for
@@ -30,8 +30,8 @@ kith_status kith_directory_claim(const char *path, int *lock);
  * seconds of processor time after which SIGXCPU ends it; 0: none. It ends when this process ends. */
 kith_status kith_process_run(char *const *words, const char *log, double cpu_limit, int *code);
 
-/* Seconds since this process began, to a hundredth, which include loading it before main. 0: not known, or so
- * many that the launcher has built the programs before it became this process. */
+/* Seconds since this process began, to a hundredth: they include the loading of the program before main. 0 if
+ * they are not known, or so many that the launcher must have built the programs before it became this one. */
 double kith_process_age(void);
 
 /* Runs gnuplot on DIRECTORY/NAME.gp, which draws the pictures that it names there. UNSUPPORTED if there is no

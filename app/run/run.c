@@ -98,7 +98,7 @@ static kith_status read_scene(struct run *run) {
   const struct kith_options *o = run->options;
   KITH_TRY(kith_scene_read(&run->scene, o->subject, o->n_overrides, o->overrides));
   run->until = o->until >= 0 ? o->until : run->scene->until;
-  return kith_scene_lasts(run->scene, run->until);
+  return kith_scene_check_until(run->scene, run->until);
 }
 
 /* Checks that the end that a restart is asked for is not before its checkpoint. */

@@ -179,7 +179,7 @@ static kith_status check_name(const struct kith_scene *scene) {
 
 enum { MOST_SNAPSHOTS = 9998 }; /* besides the first and the last one: their numbers have four digits */
 
-kith_status kith_scene_lasts(const struct kith_scene *scene, double until) {
+kith_status kith_scene_check_until(const struct kith_scene *scene, double until) {
   if (scene->output.every > 0 && until / scene->output.every > MOST_SNAPSHOTS)
     return kith_config_fail(kith_config_at(scene->config, "output.every"), NULL,
                             "%g makes more than %d snapshots until %g", scene->output.every, MOST_SNAPSHOTS,
@@ -301,7 +301,7 @@ static kith_status read_parts(struct kith_scene *scene) {
   KITH_TRY(check_name(scene));
   KITH_TRY(kith_scene_domain(scene, kith_config_child(root, "domain")));
   KITH_TRY(kith_scene_boundaries(scene, kith_config_child(root, "boundaries")));
-  KITH_TRY(kith_scene_lasts(scene, scene->until));
+  KITH_TRY(kith_scene_check_until(scene, scene->until));
   KITH_TRY(kith_scene_forces(scene, root));
   KITH_TRY(kith_scene_materials(scene, kith_config_child(root, "materials")));
   KITH_TRY(kith_scene_regions(scene, kith_config_child(root, "regions")));

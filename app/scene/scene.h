@@ -20,8 +20,9 @@ kith_status kith_scene_read(struct kith_scene **out, const char *path, int n_ove
 kith_status kith_scene_parse(struct kith_scene **out, const char *name, const char *text, size_t length,
                              int n_overrides, const char *const *overrides);
 void kith_scene_destroy(struct kith_scene **scene);
-/* BAD_INPUT if a piston is through the domain before `until`, or if there are more than 9998 snapshots. */
-kith_status kith_scene_lasts(const struct kith_scene *scene, double until);
+/* Checks that the scene can run to the time `until`. BAD_INPUT if a piston is through the domain before, or
+ * if there would be more than 9998 snapshots. */
+kith_status kith_scene_check_until(const struct kith_scene *scene, double until);
 /* BAD_INPUT that names the first key of which `text`, the scene of a checkpoint, has another value. */
 kith_status kith_scene_check_same(const struct kith_scene *scene, const char *text);
 /* Writes the partitioner with its parameters, as kith_partition_create takes it. */

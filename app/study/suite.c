@@ -83,8 +83,8 @@ static const char norm_choices[] =
     "contact_pressure_error|density_peak";
 static const struct kith_param norm_param = {"", KITH_PARAM_NAME, NULL, norm_choices, "", .size = 32};
 
-/* Sets `key` to the value of `node`, on one line, or, if that is a map, key.entry to each of its entries.
- * sign: "=", or "?=" of values, which may mean nothing to some of the methods. */
+/* Adds the setting of `key` to the value of `node`, or, if that is a map, those of key.ENTRY to each of its
+ * entries. sign: "=", or "?=" for a setting that may mean nothing to some of the methods. */
 static kith_status set_all(struct kith_job *job, const char *key, const char *sign,
                            const struct kith_config_node *node) {
   char text[1024], *value;
@@ -104,7 +104,7 @@ static kith_status set_all(struct kith_job *job, const char *key, const char *si
   return KITH_OK;
 }
 
-/* Applies the settings of a suite, a method or a value, which may have none; `map` NULL: nothing. */
+/* Adds the settings of a suite, a method or a value, if it has some. `map` may be NULL. */
 static kith_status apply_settings(struct kith_job *job, const char *sign,
                                   const struct kith_config_node *map) {
   const struct kith_config_node *settings = kith_config_child(map, "settings");
@@ -126,8 +126,8 @@ static bool sets(const char *settings, const char *key, size_t length) {
   return false;
 }
 
-/* Refuses a --set that has no effect, because the method or the value of each job sets that key after it.
- * common: length of the settings which all jobs begin with. */
+/* Refuses a --set that has no effect, because the method or the value of each job sets the same key after it.
+ * common: the length of the settings with which all jobs begin. */
 static kith_status check_overrides(const struct kith_suite *s, size_t common,
                                    const struct kith_options *options) {
   for (int k = 0; k < options->n_overrides; ++k) {
@@ -141,7 +141,8 @@ static kith_status check_overrides(const struct kith_suite *s, size_t common,
   return KITH_OK;
 }
 
-/* Checks a list. `params`: of its entries, which have a name first, none like another; NULL: plain values. */
+/* Checks that a list has 1 to `most` entries. If `params` is not NULL, they are maps with these keys, of
+ * which the first is a name, and no two entries may have the same. */
 static kith_status check_list(const struct kith_config_node *list, const struct kith_param *params,
                               int most) {
   KITH_TRY(kith_config_want(list, KITH_CONFIG_LIST));
@@ -158,7 +159,7 @@ static kith_status check_list(const struct kith_config_node *list, const struct 
   return KITH_OK;
 }
 
-/* Applies one value: of `key`, or, if that is NULL, with a name and settings. */
+/* Applies one value of a list: that of `key`, or, if `key` is NULL, a map with a name and settings. */
 static kith_status set_value(struct kith_suite *s, struct kith_job *job, const char *key,
                              const struct kith_config_node *value) {
   const struct kith_config_node *shown = key == NULL ? kith_config_child(value, "value") : value;
@@ -171,8 +172,8 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
   return key == NULL ? apply_settings(job, "?=", value) : set_all(job, key, "=", value);
 }
 
-/* Makes the jobs: every method (NULL: the scene's) at every value, of `key` or, if that is NULL, with names.
- * All start from `common`. */
+/* Makes the jobs of a suite from the common one: every method at every value. If `methods` is NULL, there is
+ * one method, that of the scene. `key` is as in set_value. */
 static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, struct kith_job *common,
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {
@@ -271,7 +272,8 @@ static kith_status set_scene(struct kith_suite *s, const struct kith_study *c, s
   return KITH_OK;
 }
 
-/* Reads what a suite or a sweep has beside lists, and the common job: scene, dimension, settings. */
+/* Reads the keys that suites and sweeps have in common, and makes the job that all jobs start from: its
+ * scene, dimension and settings. */
 static kith_status read_common(struct kith_suite *s, const struct kith_param *params,
                                const struct kith_config_node *map, const struct kith_study *c,
                                struct kith_job *job) {

@@ -2,12 +2,13 @@
  *
  * Written to the directory, NAME being plot, or frame_NNNN with its name before each file and a '_':
  *
- *   profile.dat  a row a node: place, and the value of each curve; of more than 20000 nodes 20000. The
- *                place is x, or for a radial picture the distance from the center; the velocity is then the
- *                one along that, or around the axis of a vortex
- *   exact.dat    the same columns of the exact solution, dense; like the axis of a radial picture as far as
- *                1.6 radii of the exact shock
- *   mean.dat     the same, means by volume of all nodes in bins of the place; not in 1-D
+ *   profile.dat  a row for each node, or for 20000 of them if there are more: its place, and the value of
+ *                each curve. The place is x, or, in a radial picture, the distance from the center; the
+ *                velocity is then that away from the center, or around the axis of a vortex
+ *   exact.dat    the same columns of the exact solution, at 2001 places. They go as far as the nodes; in a
+ *                radial picture with an exact shock, to 1.6 times its radius at most
+ *   mean.dat     the same columns, of means over all nodes in bins of the place, weighted by volume; not in
+ *                1-D
  *   map_K.bin    pixels of panel K (from 1), if that is a map (map.h): float, row by row
  *   NAME.gp      from which gnuplot makes NAME.png and NAME.pdf; it can be changed and run again there
  *
