@@ -92,7 +92,7 @@ static kith_status check_sides(const struct kith_boundary_ops *lower, const stru
         "a %s with %s on the other side: that must be open, or what the %s does could not be told from it",
         alone, lower->one_side ? upper->name : lower->name, alone);
   if (lower == upper &&
-      (side[1].settings == NULL || memcmp(side[0].settings, side[1].settings, lower->settings_size) == 0))
+      (lower->settings_size == 0 || memcmp(side[0].settings, side[1].settings, lower->settings_size) == 0))
     return KITH_OK;
   return kith_config_fail(node, NULL, "%s and %s: both sides must be the same, or one be open", lower->name,
                           upper->name);
@@ -103,10 +103,7 @@ static kith_status read_sides(const struct kith_config_node *node, struct kith_s
   if (node == NULL) return KITH_OK;
   if (pair && node->n != 2) return kith_config_fail(node, NULL, "%d entries, wanted [lower, upper]", node->n);
   KITH_TRY(read_side(pair ? node->first : node, &side[0]));
-  if (pair) return read_side(node->last, &side[1]);
-  if (kith_boundary_passes(kith_boundary_find(side[0].name))) return read_side(node, &side[1]);
-  memcpy(side[1].name, side[0].name, sizeof side[1].name);
-  return KITH_OK;
+  return read_side(pair ? node->last : node, &side[1]);
 }
 
 static void clear_side(const struct kith_boundary_ops *ops, void **settings) {
