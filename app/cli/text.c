@@ -19,6 +19,14 @@ void kith_text_wrapped(FILE *out, int indent, const char *label, const char *tex
   } while (*p != '\0');
 }
 
+void kith_text_add(char *text, size_t size, const char *format, ...) {
+  const size_t used = strlen(text);
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text + used, size - used, format, arguments);
+  va_end(arguments);
+}
+
 void kith_text_line(const char *label, const char *format, ...) {
   char text[2048], indented[32];
   va_list arguments;

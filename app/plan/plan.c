@@ -26,10 +26,9 @@ struct text {
 /* Appends an item to a text, `between` in front unless it is the first. */
 __attribute__((format(printf, 3, 4))) static void add(struct text *text, const char *between,
                                                       const char *format, ...) {
-  size_t used = strlen(text->s);
   va_list arguments;
-  if (used > 0) used += (size_t)snprintf(text->s + used, sizeof text->s - used, "%s", between);
-  if (used >= sizeof text->s) return;
+  if (text->s[0] != '\0') kith_text_add(text->s, sizeof text->s, "%s", between);
+  const size_t used = strlen(text->s);
   va_start(arguments, format);
   vsnprintf(text->s + used, sizeof text->s - used, format, arguments);
   va_end(arguments);

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include <yaml.h>
+#include "app/cli/text.h"
 #include "lib/core/choices.h"
 
 enum { DEEPEST = 32, MOST_KEYS = 256, LARGEST = 1 << 20 };
@@ -45,8 +46,7 @@ void kith_config_path(const struct kith_config_node *node, const char *key, char
     snprintf(index, sizeof index, "%d", node->index);
     kith_config_path(node->parent, node->key != NULL ? node->key : index, path, size);
   }
-  const size_t used = strlen(path);
-  if (key != NULL) snprintf(path + used, size - used, "%s%.64s", used > 0 ? "." : "", key);
+  if (key != NULL) kith_text_add(path, size, "%s%.64s", path[0] != '\0' ? "." : "", key);
 }
 
 /* Fails with the message in one line, whatever the file holds: control characters become '?'. */
@@ -341,13 +341,13 @@ static void suggest_scene(const char *path, char *line, size_t size) {
   if (glob(text, GLOB_BRACE, NULL, &found) != 0) return;
   for (size_t k = 0; k < found.gl_pathc; ++k) {
     kith_path_stem(found.gl_pathv[k], text, sizeof text);
-    snprintf(names + strlen(names), sizeof names - strlen(names), "|%s", text);
+    kith_text_add(names, sizeof names, "|%s", text);
   }
   const bool any = kith_choices_suggest(names, stem, near, sizeof near);
   for (size_t k = 0; any && k < found.gl_pathc; ++k) {
     kith_path_stem(found.gl_pathv[k], text, sizeof text);
     if (!kith_name_is(text, near, strlen(near))) continue;
-    snprintf(line + strlen(line), size - strlen(line), "; did you mean '%.150s'?", found.gl_pathv[k]);
+    kith_text_add(line, size, "; did you mean '%.150s'?", found.gl_pathv[k]);
     break;
   }
   globfree(&found);

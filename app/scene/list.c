@@ -83,14 +83,13 @@ static bool is_explained(const struct family *family, int member, const struct k
 static void add_params(char *text, size_t size, const struct family *family, int member, const char *map,
                        const struct kith_param *params) {
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
-    const size_t used = strlen(text);
     const bool explained = p->kind != KITH_PARAM_MAP && is_explained(family, member, p);
     if (p->kind == KITH_PARAM_MAP)
       add_params(text, size, family, member, p->key, p->params);
     else
-      snprintf(text + used, size - used, "; %s%s%s (%s)%s%s", map, map[0] != '\0' ? "." : "", p->key,
-               p->fallback != NULL ? p->fallback : "required", explained ? "" : ": ",
-               explained ? "" : p->doc);
+      kith_text_add(text, size, "; %s%s%s (%s)%s%s", map, map[0] != '\0' ? "." : "", p->key,
+                    p->fallback != NULL ? p->fallback : "required", explained ? "" : ": ",
+                    explained ? "" : p->doc);
   }
 }
 

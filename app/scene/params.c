@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "app/cli/text.h"
 #include "app/scene/expression.h"
 #include "lib/core/choices.h"
 
@@ -201,8 +202,7 @@ static void find_maps(const struct kith_param *params, const char *map, const ch
     char below[ROOM];
     const size_t used = strlen(maps), length = strlen(name);
     const bool told = used >= length && strcmp(maps + used - length, name) == 0;
-    if (strcmp(p->key, key) == 0 && !told)
-      snprintf(maps + used, size - used, "%s%s", used > 0 ? ", " : "", name);
+    if (strcmp(p->key, key) == 0 && !told) kith_text_add(maps, size, "%s%s", used > 0 ? ", " : "", name);
     if (p->params == NULL || p->params == last) continue; /* the three axes have the same rows */
     snprintf(below, sizeof below, "%s%s%s%s", map, map[0] != '\0' ? "." : "", p->key, entry[p->form]);
     find_maps(p->params, below, key, maps, size);
@@ -222,8 +222,7 @@ static kith_status check_key(const struct kith_param *params, const struct kith_
   const struct kith_param *p;
   for (struct rows r = rows_of(params); (p = next_row(&r)) != NULL;) {
     if (strcmp(p->key, child->key) == 0) return KITH_OK;
-    if (kith_choices_index(known, p->key) < 0)
-      snprintf(known + strlen(known), sizeof known - strlen(known), "|%s", p->key);
+    if (kith_choices_index(known, p->key) < 0) kith_text_add(known, sizeof known, "|%s", p->key);
   }
   while (root->parent != NULL) root = root->parent;
   find_maps(root->params, "", child->key, maps, sizeof maps);
@@ -254,7 +253,7 @@ static bool list_owners(const char *key, const struct kith_param *row, kith_fami
     const struct kith_param *own = kith_params_find(family(k).params, key);
     if (own == NULL || (row != NULL && !is_alike(row, own))) continue;
     if (first < 0) first = k;
-    snprintf(names + strlen(names), size - strlen(names), "%s%s", k > first ? ", " : "", family(k).name);
+    kith_text_add(names, size, "%s%s", k > first ? ", " : "", family(k).name);
   }
   return first == member;
 }
@@ -322,7 +321,7 @@ kith_status kith_params_want_map(const struct kith_param *params, const struct k
   if (node->kind != KITH_CONFIG_SCALAR || node->null) return kith_config_want(node, KITH_CONFIG_MAP);
   kith_config_path(node, chooser != NULL ? chooser->key : NULL, path, sizeof path);
   for (const struct kith_param *p = params; p->key != NULL; ++p)
-    snprintf(keys + strlen(keys), sizeof keys - strlen(keys), "|%s", p->key);
+    kith_text_add(keys, sizeof keys, "|%s", p->key);
   kith_choices_format(keys, told, sizeof told);
   with_underscores(told);
   if (chooser == NULL)

@@ -1,6 +1,7 @@
 /* Regions and deposits of a scene. */
 #include <string.h>
 #include "app/scene/scene_parts.h"
+#include "app/cli/text.h"
 #include "lib/core/choices.h"
 
 const char *const kith_lattice_names[] = {
@@ -55,10 +56,8 @@ const struct kith_param kith_region_params[] = {
 kith_status kith_scene_material(const struct kith_scene *scene, const struct kith_config_node *node,
                                 int *material) {
   char words[KITH_MAX_LISTS * 33] = "";
-  for (int m = 0; m < scene->n_materials; ++m) {
-    const size_t used = strlen(words);
-    snprintf(words + used, sizeof words - used, "|%s", scene->material_name[m]);
-  }
+  for (int m = 0; m < scene->n_materials; ++m)
+    kith_text_add(words, sizeof words, "|%s", scene->material_name[m]);
   const struct kith_param key = {"material", KITH_PARAM_CHOICE, NULL, words, "", .size = sizeof *material};
   return kith_param_value(&key, node, material);
 }

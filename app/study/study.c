@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "app/cli/text.h"
 #include "app/scene/config.h"
 #include "lib/core/version.h"
 #include "lib/io/atomic_file.h"
@@ -32,7 +33,7 @@ kith_status kith_job_set(struct kith_job *job, const char *assignment) {
     KITH_FAIL(BAD_INPUT, "'%.80s' is not key=value on one line", assignment);
   if (used + length + 2 > sizeof job->settings)
     KITH_FAIL(BAD_INPUT, "%.80s: the settings of a run are too long", assignment);
-  snprintf(job->settings + used, sizeof job->settings - used, "%s\n", assignment);
+  kith_text_add(job->settings, sizeof job->settings, "%s\n", assignment);
   return KITH_OK;
 }
 

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "app/cli/text.h"
 #include "app/scene/params.h"
 #include "lib/core/choices.h"
 
@@ -212,7 +213,7 @@ static void add_names(const struct kith_programs *programs, const char *folder, 
   if (glob(text, 0, NULL, &found) != 0) return;
   for (size_t k = 0; k < found.gl_pathc; ++k) {
     kith_path_stem(found.gl_pathv[k], text, sizeof text);
-    snprintf(names + strlen(names), size - strlen(names), "|%s", text);
+    kith_text_add(names, size, "|%s", text);
   }
   globfree(&found);
 }
@@ -412,7 +413,7 @@ static kith_status read_sweeps(struct kith_study *c, const struct kith_config *c
   for (const struct kith_config_node *node = list->first; node != NULL; node = node->next) {
     const struct kith_config_node *child = kith_config_child(node, "name");
     const char *name = child != NULL && child->text != NULL ? child->text : "";
-    snprintf(names + strlen(names), sizeof names - strlen(names), "|%s", name);
+    kith_text_add(names, sizeof names, "|%s", name);
     if (only == NULL || strcmp(name, only) == 0) KITH_TRY(read_sweep(&c->suite[c->n++], node, methods, c));
   }
   return c->n > 0 ? KITH_OK : kith_study_unknown("stress: no sweep", only != NULL ? only : "", names);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include "app/cli/text.h"
 #include "app/scene/params.h"
 
 /* What the table reads of a row; the settings and the scene then go into the job. */
@@ -148,8 +149,8 @@ static kith_status vary(struct kith_row *row, const struct kith_config_node *val
   if (used + length + 2 > sizeof row->varied || named + length + 2 > sizeof row->job.label ||
       strlen(factor) > 80)
     return kith_config_fail(value, NULL, "too much to set in one row");
-  snprintf(row->varied + used, sizeof row->varied - used, "%s%s", used > 0 ? " " : "", value->text);
-  snprintf(name + named, sizeof row->job.label - named, ".%s", value->text);
+  kith_text_add(row->varied, sizeof row->varied, "%s%s", used > 0 ? " " : "", value->text);
+  kith_text_add(name, sizeof row->job.label, ".%s", value->text);
   for (char *c = name + named; *c != '\0'; ++c)
     if (strchr(" :,/", *c) != NULL) *c = '.';
   snprintf(text, sizeof text, "%s=%s", factor, value->text);

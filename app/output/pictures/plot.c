@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include "app/cli/text.h"
 #include "app/output/pictures/field.h"
 #include "app/output/pictures/figure.h"
 #include "app/output/pictures/map.h"
@@ -345,10 +346,10 @@ static kith_status write_curve(struct picture *f, const char *directory) {
 
 static void put_title(char title[96], const struct picture *f, const struct panel *panel) {
   const struct kith_norms *l = f->plot->norms;
-  const int used = snprintf(title, 96, "%s%s", panel->error ? "error of the " : "", field_label(f, panel));
+  snprintf(title, 96, "%s%s", panel->error ? "error of the " : "", field_label(f, panel));
   if (l == NULL || panel->field > KITH_PICTURE_ENERGY || panel->map) return;
   const struct kith_norm *const norm[] = {&l->density, &l->velocity, &l->pressure, &l->energy};
-  snprintf(title + used, 96 - (size_t)used, ", L1 error %.3g", norm[panel->field]->l1);
+  kith_text_add(title, 96, ", L1 error %.3g", norm[panel->field]->l1);
 }
 
 /* The range of a panel: that of nodes and of the exact curve, with some room. The curve may have no bound, as
@@ -410,12 +411,10 @@ static void draw_map(struct kith_figure *g, const struct picture *f, int k) {
   snprintf(file, sizeof file, "%smap_%d.bin", f->prefix, k + 1);
   put_title(title, f, panel);
   if (NDIM == 3 && map->normal >= 0)
-    snprintf(title + strlen(title), sizeof title - strlen(title), " at %c = %.3g", "xyz"[map->normal],
-             map -> at);
+    kith_text_add(title, sizeof title, " at %c = %.3g", "xyz"[map->normal], map -> at);
   if (NDIM == 3 && map->normal < 0)
-    snprintf(title + strlen(title), sizeof title - strlen(title), ", mean along %c",
-             "xyz"[3 - map->across[0] - map->across[1]]);
-  strncat(title, " (code units)", sizeof title - strlen(title) - 1);
+    kith_text_add(title, sizeof title, ", mean along %c", "xyz"[3 - map->across[0] - map->across[1]]);
+  kith_text_add(title, sizeof title, " (code units)");
   for (int a = 0; a < 2; ++a) snprintf(labels[a], sizeof labels[a], "%c (code units)", "xyz"[map->across[a]]);
   const struct kith_figure_map drawn = {
       .file = file,

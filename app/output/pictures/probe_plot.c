@@ -2,6 +2,7 @@
 #include "app/output/pictures/probe_plot.h"
 
 #include <math.h>
+#include "app/cli/text.h"
 #include "app/output/pictures/field.h"
 #include "app/output/pictures/figure.h"
 #include "lib/core/vec.h"
@@ -171,17 +172,16 @@ static void draw_curves(struct kith_figure *g, const struct picture *f, int pane
 
 static void draw_legend(struct kith_figure *g, const struct picture *f) {
   const int times = times_of(f);
-  char entries[640];
-  size_t used = 0;
+  char entries[640] = "";
   for (int k = 0; k < times; ++k) {
-    used +=
-        (size_t)snprintf(entries + used, sizeof entries - used, "%sNaN with lines lw 2 lc rgb '%s' title ",
-                         k > 0 ? ", " : "", shade[TIMES - times + k]);
-    used += (size_t)(f->n_edges == 0 ? snprintf(entries + used, sizeof entries - used, "'run'")
-                                     : snprintf(entries + used, sizeof entries - used, "'t = %.4g'",
-                                                f->time[sample_of(f, k)]));
+    kith_text_add(entries, sizeof entries, "%sNaN with lines lw 2 lc rgb '%s' title ", k > 0 ? ", " : "",
+                  shade[TIMES - times + k]);
+    if (f->n_edges == 0)
+      kith_text_add(entries, sizeof entries, "'run'");
+    else
+      kith_text_add(entries, sizeof entries, "'t = %.4g'", f->time[sample_of(f, k)]);
   }
-  if (f->axes.exact != NULL) snprintf(entries + used, sizeof entries - used, ", NaN " EXACT " title 'exact'");
+  if (f->axes.exact != NULL) kith_text_add(entries, sizeof entries, ", NaN " EXACT " title 'exact'");
   kith_figure_legend(g, entries);
 }
 
