@@ -1,5 +1,5 @@
-# Builds without MPI: the program is not linked with MPI, runs a scene, and refuses several ranks. Before that
-# a wrong list of dimensions is refused.
+# Builds without MPI and Scotch: the program is linked with neither, runs a scene, and refuses several ranks.
+# Before that a wrong list of dimensions is refused, and a library that is required and not there.
 set(place ${build}/serial-test)
 function(run wanted)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
@@ -12,12 +12,16 @@ run(1 ${CMAKE_COMMAND} -S ${source} -B ${build}/wrong-dimensions -G Ninja -D KIT
 if(NOT output MATCHES "KITH_DIMENSIONS is '1,2'")
   message(FATAL_ERROR "${output}")
 endif()
+run(1 ${CMAKE_COMMAND} -S ${source} -B ${build}/no-p4est -G Ninja -D KITH_MPI=OFF -D KITH_P4EST=ON)
+if(NOT output MATCHES "KITH_P4EST is ON, but")
+  message(FATAL_ERROR "${output}")
+endif()
 run(0 ${CMAKE_COMMAND} -S ${source} -B ${place} -G Ninja -D CMAKE_C_COMPILER=${compiler} -D KITH_MPI=OFF
-  -D KITH_DIMENSIONS=1 -D CMAKE_BUILD_TYPE=Debug)
+  -D KITH_SCOTCH=OFF -D KITH_DIMENSIONS=1 -D CMAKE_BUILD_TYPE=Debug)
 run(0 ${CMAKE_COMMAND} --build ${place})
 run(0 ldd ${place}/bin/kith-1d)
-if(output MATCHES libmpi)
-  message(FATAL_ERROR "linked with MPI:\n${output}")
+if(output MATCHES "libmpi|libscotch")
+  message(FATAL_ERROR "linked with MPI or Scotch:\n${output}")
 endif()
 set(scene ${source}/inputs/sod.yaml)
 run(0 ${place}/bin/kith run ${scene} --quiet --overwrite --output ${place}/sod)

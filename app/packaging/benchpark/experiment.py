@@ -14,4 +14,4 @@ class Kith(Experiment):
         self.add_experiment_variable("resolution", edges, True)
 
     def compute_package_section(self):
-        self.add_package_spec(self.name, ["kith@0.2.0"])
+        self.add_package_spec(self.name, ["kith@main"])

@@ -1,4 +1,5 @@
-# Spack package: copy to packages/kith of a repository of packages.
+# Spack package: copy it to packages/kith of a repository of packages. kith has no public address: set `git`
+# to the path of a checkout, or run `spack dev-build kith@main` in the checkout.
 from spack.package import *
 
 
@@ -7,9 +8,8 @@ class Kith(CMakePackage):
 
     tags = ["proxy-app"]
     license("BSD-3-Clause")
-    # A release, or a checkout: `spack dev-build kith@main`.
+    git = "file:///path/to/kith"
     version("main", branch="main")
-    version("0.2.0")
 
     variant("dims", default="1,2,3", values=("1", "2", "3"), multi=True, description="Dimensions")
     variant("scotch", default=True, description="Partitioners graph and hybrid")
@@ -34,6 +34,7 @@ class Kith(CMakePackage):
     def cmake_args(self):
         return [
             self.define("KITH_DIMENSIONS", ";".join(self.spec.variants["dims"].value)),
+            self.define_from_variant("KITH_SCOTCH", "scotch"),
             self.define_from_variant("KITH_P4EST", "p4est"),
             self.define_from_variant("KITH_GSL", "gsl"),
         ]
