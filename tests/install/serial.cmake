@@ -1,5 +1,6 @@
-# Builds without MPI and Scotch: the program is linked with neither, runs a scene, and refuses several ranks.
-# Before that a wrong list of dimensions is refused, and a library that is required and not there.
+# Builds without MPI, Scotch and tests: the program is linked with neither, runs a scene, and refuses several
+# ranks. A dimension that is given twice is built once. Before that a wrong list of dimensions is refused, and
+# a library that is required and not there.
 set(place ${build}/serial-test)
 function(run wanted)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
@@ -17,7 +18,11 @@ if(NOT output MATCHES "KITH_P4EST is ON, but")
   message(FATAL_ERROR "${output}")
 endif()
 run(0 ${CMAKE_COMMAND} -S ${source} -B ${place} -G Ninja -D CMAKE_C_COMPILER=${compiler} -D KITH_MPI=OFF
-  -D KITH_SCOTCH=OFF -D KITH_DIMENSIONS=1 -D CMAKE_BUILD_TYPE=Debug)
+  -D KITH_SCOTCH=OFF -D BUILD_TESTING=OFF "-D KITH_DIMENSIONS=1\;1" -D CMAKE_BUILD_TYPE=Debug)
+run(0 ${CMAKE_CTEST_COMMAND} --test-dir ${place} --show-only)
+if(NOT output MATCHES "Total Tests: 0")
+  message(FATAL_ERROR "tests in spite of BUILD_TESTING=OFF:\n${output}")
+endif()
 run(0 ${CMAKE_COMMAND} --build ${place})
 run(0 ldd ${place}/bin/kith-1d)
 if(output MATCHES "libmpi|libscotch")
