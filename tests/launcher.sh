@@ -36,7 +36,7 @@ add_custom_command(OUTPUT copied DEPENDS program COMMAND mkdir -p bin
   COMMENT "Building kith")
 add_custom_target(kith DEPENDS copied)
 foreach(dim 1 2 3)
-  add_custom_target(kith-${dim}d COMMAND touch ${PROJECT_SOURCE_DIR}/built-${dim})
+  add_custom_target(kith-${dim}d COMMAND env >${PROJECT_SOURCE_DIR}/built-${dim})
 endforeach()
 END
 cat >"$tree/program" <<'END'
@@ -54,11 +54,19 @@ check 0 "bind  in elsewhere:" "$kith"
 check 0 "in elsewhere: [--help]" "$kith" --help
 check 0 "in elsewhere: [run] [a b.yaml] [--threads] [3] [--set] [x=1] [--ranks=1] [] [--quiet]" \
   "$kith" run "a b.yaml" --threads 3 --set x=1 --ranks=1 '' --quiet
-check 0 "in elsewhere: [build] [all]" "$kith" build all
+rm -f "$tree"/built-1
+check 2 "build: all: only -j N may follow" "$kith" build all
+check 2 "build: --ranks: only -j N may follow" "$kith" build -j 2 --ranks 2
+for jobs in -j "-j 0" -jx --jobs=; do check 2 "-j N: N is not a number" "$kith" build $jobs; done
+check 2 "built" ls "$tree"/built-1
 check 0 "in elsewhere: [test] [--help]" "$kith" test --help
 check 0 "in elsewhere: [test] [-h]" "$kith" test -h
 check 0 "bind close in" env OMP_PROC_BIND=close "$kith" bench
-check 0 "programs: $place/cache/kith" "$kith" build
+for jobs in "-j 3" -j3 "--jobs 3" --jobs=3; do
+  rm -f "$tree"/built-1
+  check 0 "programs: $place/cache/kith" "$kith" build $jobs
+  check 0 "CMAKE_BUILD_PARALLEL_LEVEL=3" cat "$tree"/built-1
+done
 check 2 "no such test" "$kith" test quick
 check 0 "release" ls "$place/cache/kith"/*
 check 2 "build" ls "$tree/build"

@@ -56,6 +56,7 @@ struct kith_options {
   int steps;                                 /* < 0: no limit */
   int threads;                               /* 0: not given */
   int ranks;                                 /* 0: as many as were started */
+  int jobs;                                  /* of ./kith */
   bool check, profile, quiet, overwrite, help, version;
   char **arguments; /* the words as given, with the program first, ended by NULL */
 };
@@ -87,6 +88,8 @@ struct kith_options {
   X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                           \
     "write trace events of all ranks for Perfetto or a browser's tracing page")                            \
   X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(chart) | F(stress), "print results only, no progress")    \
+  X(jobs, 'j', "N", COUNT, 1, 9999, jobs, F(build) | F(test),                                              \
+    "compile N files, and run N tests, at a time (default: about as many as there are cores)")             \
   X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help, or kith help VERB: that of a verb") \
   X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, compiler and flags")
 
