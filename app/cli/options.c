@@ -285,7 +285,11 @@ enum kith_verb_id kith_options_parse(struct kith_options *o, int argc, char **ar
     given[k] = true;
     take_value(&rows[k], optarg, o);
   }
-  if (o->version) printf("kith %s (%s, %s)\n", kith_version(), kith_compiler(), kith_flags());
+  if (o->version) {
+    const char *commit = kith_commit();
+    printf("kith %s (%s%s%s, %s)\n", kith_version(), commit != NULL ? commit : "", commit != NULL ? ", " : "",
+           kith_compiler(), kith_flags());
+  }
   if (o->help && !o->version) print_help(o->verb);
   if (o->version || o->help) exit(kith_exit_code(KITH_EXIT_OK));
   for (; optind < argc; ++optind) take_word(o, argv[optind]); /* after "--" */

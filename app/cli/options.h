@@ -87,11 +87,12 @@ struct kith_options {
   X(profile, 0, 0, FLAG, 0, 0, profile, F(run), "end with a table of the time of each stage on all ranks") \
   X(trace, 0, "FILE", TEXT, 0, 0, trace, F(run),                                                           \
     "write trace events of all ranks for Perfetto or a browser's tracing page")                            \
-  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(chart) | F(stress), "print results only, no progress")    \
+  X(quiet, 'q', 0, FLAG, 0, 0, quiet, F(run) | F(chart) | F(stress),                                       \
+    "no progress, only the results at the end")                                                            \
   X(jobs, 'j', "N", COUNT, 1, 9999, jobs, F(build) | F(test),                                              \
     "compile N files, and run N tests, at a time (default: about as many as there are cores)")             \
   X(help, 'h', 0, FLAG, 0, 0, help, ~0u, "this help; kith VERB --help, or kith help VERB: that of a verb") \
-  X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, compiler and flags")
+  X(version, 'V', 0, FLAG, 0, 0, version, ~0u, "version, commit, compiler and flags")
 
 enum kith_exit { KITH_EXIT_OK = 0, KITH_EXIT_FAILED = 1, KITH_EXIT_USAGE = 2, KITH_EXIT_TOLERANCE = 3 };
 

@@ -277,6 +277,7 @@ for verb in run plan list; do
 done
 shown "run SCENE" "$kith" --help
 shown "kith 0." "$kith" --version
+shown "$(sed -nE 's/^ *"commit": "(.*)",/\1/p' run/report.json)" "$kith" --version
 
 # A warning tells that a mirror does not continue the lattice, here the default.
 for x in reflecting periodic; do
