@@ -221,9 +221,12 @@ class Run:
 
 
 def script(about, work):
-    """Calls `work` with the words of the command line. Ends with code 2 if these are not the words that it
-    takes, and prints `about`; or if something is wrong with what they name, or a module is missing, which it
-    prints in one line."""
+    """Calls `work` with the words of the command line, or prints `about` if one of them is -h or --help. Ends
+    with code 2 if these are not the words that it takes, and prints `about`; or if something is wrong with
+    what they name, or a module is missing, which it prints in one line."""
+    if {"-h", "--help"} & set(sys.argv):
+        print(about)
+        return
     try:
         inspect.signature(work).bind(*sys.argv[1:])
     except TypeError:

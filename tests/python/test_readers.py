@@ -174,6 +174,8 @@ with tempfile.TemporaryDirectory() as place:
         check(done.returncode == 0, f"{script}: {done.stderr}")
         done = call(script)
         check(done.returncode == 2 and done.stderr.startswith(script), f"{script} alone: {done.stderr}")
+        done = call(script, "--help")
+        check(done.returncode == 0 and done.stdout.startswith(script), f"{script} --help: {done.stderr}")
         done = call(script, "nowhere")
         check(done.returncode == 2 and done.stderr.count("\n") == 1 and "nowhere" in done.stderr,
               f"{script} nowhere: {done.stderr}")
@@ -192,7 +194,7 @@ with tempfile.TemporaryDirectory() as place:
     done = call("convergence.py", bare)
     check(done.returncode == 2 and done.stderr.startswith(f"convergence.py: {bare}: no L1 error"),
           f"without an exact solution: {done.stderr}")
-    check(kith.Run(bare).history["step"].tolist() == [1], "a history of one step")
+    check(kith.Run(bare).history["step"].tolist() == [0, 1], "a history of one step")
     for number in (9999, 10000, 10001):
         os.link(f"{bare}/snapshot_0001.hdf", f"{bare}/snapshot_{number}.hdf")
     check([s.path[-9:-4] for s in kith.Run(bare)[2:]] == ["_9999", "10000", "10001"], "order of snapshots")
