@@ -18,7 +18,12 @@ if(NOT output MATCHES "KITH_P4EST is ON, but")
   message(FATAL_ERROR "${output}")
 endif()
 run(0 ${CMAKE_COMMAND} -S ${source} -B ${place} -G Ninja -D CMAKE_C_COMPILER=${compiler} -D KITH_MPI=OFF
-  -D KITH_SCOTCH=OFF -D BUILD_TESTING=OFF "-D KITH_DIMENSIONS=1\;1" -D CMAKE_BUILD_TYPE=Debug)
+  -D KITH_SCOTCH=OFF -D BUILD_TESTING=OFF "-D KITH_DIMENSIONS=1\;1" -D CMAKE_BUILD_TYPE=Debug
+  -D CMAKE_INSTALL_LIBDIR=${place}/lib)
+file(STRINGS ${place}/kith1d.pc wrong REGEX "//")
+if(wrong)
+  message(FATAL_ERROR "${wrong}")
+endif()
 run(0 ${CMAKE_CTEST_COMMAND} --test-dir ${place} --show-only)
 if(NOT output MATCHES "Total Tests: 0")
   message(FATAL_ERROR "tests in spite of BUILD_TESTING=OFF:\n${output}")
