@@ -79,6 +79,8 @@ struct kith_kick {
 struct kith_package_traits {
   bool recomputes;        /* one pass before the forces: a ghost with a row can compute its own values */
   bool swings;            /* light nodes beside heavy ones swing faster than sound tells (sph.c) */
+  bool elastic;           /* a lattice resists shear: sums over few neighbors depend on where they are */
+  bool viscous;           /* an added package that resists shear */
   const char *history;    /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
   const char *all_rows;   /* what needs the rows of all nodes at once, so no block steps; NULL: nothing */
   const char *uncoupled;  /* what acts beyond the pairs that have f_couple; NULL: nothing */

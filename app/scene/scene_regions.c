@@ -39,7 +39,7 @@ const struct kith_param kith_region_params[] = {
      IN(displacement)},
     {"spacing", KITH_PARAM_NUMBER, "0", "[0, inf)",
      "spacing of the nodes; 0: from resolution and arrangement", IN(spacing)},
-    {"frozen", KITH_PARAM_BOOL, "false", "", "its nodes never move", IN(frozen)},
+    {"frozen", KITH_PARAM_BOOL, "false", "", "its nodes never move, nor does their state change", IN(frozen)},
     {"barrier", KITH_PARAM_BOOL, "false", "",
      "its nodes never move and are a wall: they reflect, and cut the pairs that cross them", IN(barrier)},
     {"porosity", KITH_PARAM_NUMBER, "", "[0, 1]",

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include "app/initial/lattice.h"
 
 /* Warns of lattices beside mirrors: a mirror continues cubic lattices only; the layers of others are shifted
  * sideways in it, and gas at rest beside it moves. */
@@ -92,6 +93,27 @@ static void warn_of_neighbors(const struct kith_package *p) {
           kith_kernel_facts[kith_kernel_unpaired(p->neighbors)].name);
 }
 
+/* Warns of a viscous package on a lattice that resists shear itself, or gives way to it. */
+static void warn_of_viscosity(const struct kith_simulation *m) {
+  const double most = 0.03; /* quintic splines have 0.02 with the default neighbors */
+  const struct kith_package *hydro = &m->package;
+  bool viscous = false;
+  for (const struct kith_package *p = hydro->next; p != NULL; p = p->next)
+    viscous = viscous || kith_package_traits(p->ops, p->settings).viscous;
+  if (!viscous || !kith_package_traits(hydro->ops, hydro->settings).elastic) return;
+  for (int r = 0; r < m->scene->n_regions; ++r) {
+    const enum kith_lattice lattice = m->scene->region[r].lattice;
+    const double stiffness = kith_lattice_stiffness(lattice, hydro->kernel, hydro->neighbors);
+    if (!isfinite(stiffness) || fabs(stiffness) < most) continue;
+    fprintf(stderr,
+            "kith: warning: regions.%d.lattice: with %s a %s lattice has a shear stiffness of %.2g of the "
+            "pressure, so gas is not as viscous as `packages` says; take kernel quintic, more neighbors, or "
+            "another package\n",
+            r, hydro->ops->name, kith_lattice_names[lattice], stiffness);
+    return;
+  }
+}
+
 void kith_simulation_warn(const struct kith_simulation *m) {
   warn_of_mirrors(m->scene);
   warn_of_barriers(m->scene);
@@ -100,4 +122,5 @@ void kith_simulation_warn(const struct kith_simulation *m) {
   warn_of_point(m->scene);
   warn_of_courant(m);
   warn_of_neighbors(&m->package);
+  warn_of_viscosity(m);
 }

@@ -92,8 +92,11 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
     return KITH_OK;
   }
   char *name = KINGetReturnFlagName(flag);
-  const kith_status failed = kith_fail(KITH_DIVERGED, "the implicit step of %g does not converge: %s", *dt,
-                                       name != NULL ? name : "?");
+  const kith_status failed =
+      kith_fail(KITH_DIVERGED,
+                "the implicit step of %g does not converge: %s; take a shorter scheme.dt, or larger "
+                "scheme.rtol and scheme.atol",
+                *dt, name != NULL ? name : "?");
   free(name);
   return kith_ranks_allreduce_status(it->nodes->ranks, failed);
 }

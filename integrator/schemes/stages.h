@@ -24,13 +24,14 @@ struct kith_tolerances {
 /* Rows of the parameter table for settings of `type`, which fill its member `tolerances`. */
 #define KITH_TOLERANCE(type, key, value, range, doc) \
   { #key, KITH_PARAM_NUMBER, value, range, doc, KITH_INTO(type, tolerances.key) }
-#define KITH_TOLERANCE_PARAMS(type)                                                                   \
-  KITH_TOLERANCE(                                                                                     \
-      type, rtol, "1e-4", "[1e-12, 1]",                                                               \
-      "tolerance relative to support, sound speed, energy; of errors (implicit: of 1000 residuals)"), \
-      KITH_TOLERANCE(                                                                                 \
-          type, atol, "1e-5", "[0, 1]",                                                               \
-          "likewise, relative to the energy per mass of the whole run and the speed that it is worth")
+#define KITH_TOLERANCE_PARAMS(type)                                                                     \
+  KITH_TOLERANCE(                                                                                       \
+      type, rtol, "1e-4", "[1e-12, 1]",                                                                 \
+      "tolerance relative to support, sound speed, energy; of errors (implicit: of 1000 residuals)"),   \
+      KITH_TOLERANCE(                                                                                   \
+          type, atol, "1e-5", "[0, 1]",                                                                 \
+          "likewise, relative to the energy per mass of the whole run and the speed that it is worth; " \
+          "the two are added, so lower both")
 
 /* The state as a vector: position, velocity and energy of the internal nodes. */
 enum { KITH_VECTOR_POSITION, KITH_VECTOR_VELOCITY, KITH_VECTOR_ENERGY, KITH_VECTOR_PARTS };

@@ -313,6 +313,7 @@ static struct kith_package_traits sph_traits(const void *settings) {
   const bool stretched = is_stretched(settings);
   return (struct kith_package_traits){
       .recomputes = !stretched,
+      .elastic = true,
       .swings = ((const struct sph_settings *)settings)->density == SPH_DENSITY_MASSES,
       .all_rows = stretched ? "stretched supports" : NULL,
       .no_between = stretched ? "stretch" : NULL,

@@ -53,6 +53,11 @@ static double longest_step(const struct kith_package *package, kith_index i) {
   return kith_diffusion_step(package, i, viscosity_of(package, i) / package->hydro->density->f64[i]);
 }
 
+static struct kith_package_traits traits(const void *settings) {
+  (void)settings;
+  return (struct kith_package_traits){.viscous = true};
+}
+
 const struct kith_package_ops kith_package_viscosity = {
     .name = "viscosity",
     .doc = "Navier-Stokes shear viscosity: neighbors drag each other, the work heats both",
@@ -60,5 +65,6 @@ const struct kith_package_ops kith_package_viscosity = {
     .create = kith_diffusion_create,
     .evaluate = evaluate,
     .longest_step = longest_step,
+    .traits = traits,
     KITH_SETTINGS(params, viscosity_settings),
 };

@@ -110,6 +110,15 @@ done
   "kith: warning: scheme.cfl: 0.5 is beyond 0.38, up to which gas at rest stays so with mfm" ]] ||
   wrong "plan warned: $(<stderr)"
 
+# A lattice that resists shear beside a viscosity; not with a smoother kernel.
+wave=("$kith" plan "$inputs/viscous-wave.yaml" --set dimension=2 --set resolution=10)
+"${wave[@]}" --set method.kernel=wendland-c2 --set method.neighbors=18 >stdout 2>stderr
+elastic="regions.0.lattice: with sph a cubic lattice has a shear stiffness of -0.21 of the pressure, "
+[[ $(<stderr) == "kith: warning: $elastic"* ]] ||
+  wrong "plan warned: $(<stderr)"
+"${wave[@]}" --set method.kernel=quintic --set method.neighbors=23 >stdout 2>stderr
+[[ ! -s stderr ]] || wrong "plan warned: $(<stderr)"
+
 # An exact solution with parameters of another scene.
 "$kith" run "$inputs/noh.yaml" --quiet --steps 1 --set dimension=1 --set output.plot=false \
   --set exact.velocity=3 >stdout 2>stderr || wrong "run stopped at another exact solution"
