@@ -75,7 +75,9 @@ kith_status kith_config_want(const struct kith_config_node *node, enum kith_conf
   if (node->kind == KITH_CONFIG_SCALAR)
     return kith_config_fail(node, NULL, "'%.60s' where %s belongs", node->null ? "" : node->text,
                             names[kind]);
-  return kith_config_fail(node, NULL, "%s where %s belongs", names[node->kind], names[kind]);
+  const bool formula = node->kind == KITH_CONFIG_MAP && kind == KITH_CONFIG_SCALAR;
+  return kith_config_fail(node, NULL, "%s where %s belongs%s", names[node->kind], names[kind],
+                          formula ? " (a formula with a colon needs quotes)" : "");
 }
 
 /* --- the tree --- */

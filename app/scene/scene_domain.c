@@ -85,7 +85,7 @@ static kith_status check_sides(const struct kith_boundary_ops *lower, const stru
     return KITH_OK;
   const char *alone = lower->one_side ? lower->name : upper->name;
   if (lower == upper && lower->one_side)
-    return kith_config_fail(node, NULL, "two %ss; one acts on a side, opposite to an open one", alone);
+    return kith_config_fail(node, NULL, "%s on both sides; it may be on one, opposite to an open one", alone);
   if (lower->one_side || upper->one_side)
     return kith_config_fail(
         node, NULL,

@@ -94,7 +94,7 @@ method.traversal=pairs|--set method.traversal: not a key of method, but of the s
 boundaries.x={velocity: 1}|--set boundaries.x.kind: missing; it is required
 boundaries.x={1d: periodic, 4d: open}|--set boundaries.x.4d: unknown key; 1d, 2d and 3d tell dimensions apart
 regions.0.density=x < 0 ? 1 : 2|--set regions.0.density: a formula with a colon needs quotes
-boundaries.x={kind: piston, velocity: 1}|two pistons; one acts on a side
+boundaries.x={kind: piston, velocity: 1}|piston on both sides; it may be on one
 boundaries.x=[{kind: piston, velocity: 1000}, open]|a piston with velocity 1000 is through the domain
 gravity=[0, -1, 0]|--set gravity: -1 along y: there is no such axis in 1-D
 potential={mass: 1, softening: -1}|-1 is out of range [0, inf)
@@ -221,6 +221,8 @@ refused "--set method.stretch: conduction and viscosity would differ along" "$ki
   --set 'method.stretch=[1, 2, 1]' --set dimension=2
 refused "--set arrangement: means nothing without two regions" "$kith" plan tiny.yaml \
   --set arrangement=equal-mass --set regions.1.spacing=0.01
+refused "exact.density: missing; it does not follow from this scene, only from one of two regions" \
+  "$kith" plan "$2/sod.yaml" --set dimension=1 --set regions.0.density=1+x
 refused "--set packages: coupling has nothing to couple" \
   "$kith" plan tiny.yaml --set 'packages=[{name: coupling}]'
 refused "coupling is in the list twice" "$kith" plan "$2/layer.yaml" \

@@ -54,6 +54,7 @@ struct kith_exact_ops {
   size_t settings_size;
   /* Sets what follows from the scene; what does not follow stays as it is. NULL: nothing follows. */
   void (*derive)(void *settings, const struct kith_exact_scene *scene);
+  const char *derived_from; /* the scenes from which everything follows, if only from some; NULL: not told */
   /* BAD_INPUT "exact solution NAME: ..." for values that do not fit together; each by itself is in its range.
    * NULL: all do. */
   kith_status (*check)(const void *settings);

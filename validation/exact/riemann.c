@@ -282,6 +282,7 @@ const struct kith_exact_ops kith_exact_riemann = {
     .doc = "two half spaces of ideal or stiffened gas, isothermal or of Tait, or a vacuum",
     KITH_SETTINGS(params, settings),
     .derive = derive,
+    .derived_from = "two regions of constant state that touch in a plane x = const, or of one beside a void",
     .check = check,
     .create = riemann_create,
     .state = riemann_state,
