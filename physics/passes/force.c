@@ -262,9 +262,10 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct kith
 
 /* --- nodes --- */
 
-/* Completes node i after the last package: (2) of block_steps.h, with its names w, p and k; v is the velocity
- * at the last activity. A touched node gets impulses and keeps its rates. For active nodes until now
- * hydro->acceleration is the external force at their last activity. */
+/* Completes node i after the last package by (2) of block_steps.h, with its names: w is the velocity that the
+ * node drifts with, p the one that pairs saw, k the closing impulse, v the velocity at the last activity. A
+ * touched node gets impulses and keeps its rates. Until now hydro->acceleration of active nodes is the
+ * external force at their last activity. */
 static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
   const struct kith_block_steps *b = pass->kick->blocks;
   const struct kith_package *package = pass->package;
@@ -287,13 +288,16 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
     const double last = external ? active ? all[a] : all[a] - pairs[a] : 0;
     const double o = base * opening[a], ahead = w[a] + middle * last - p[a];
     fall += active ? last * (0.5 * (v[a] + p[a]) - w[a] - (middle - 0.5 * since) * last) : last * (k[a] + o);
+    /* The closing part gives the state at n. */
     closing_work += k[a] * (ahead + 0.5 * k[a]);
+    if (active) v[a] = w[a] + k[a] + middle * g[a];
+    /* The opening part begins the next drift; that of the next base step waits until its length is known. */
     opening_work += opening[a] * (ahead + k[a]);
     slope += o * opening[a];
-    if (active) v[a] = w[a] + k[a] + middle * g[a];
     w[a] += k[a] + (b->ends ? 0 : o) + (active ? (middle + later) * g[a] : 0);
     if (external && active) all[a] = pairs[a] + g[a];
   }
+  /* The energy at n: closing heat less closing work, and what the fall of the prediction lacks. */
   double *const u = &b->energy->f64[i], *const begun = &b->opening_heat->f64[i];
   *u += b->heat->f64[i] - (package->compatible ? closing_work : 0);
   if (b->fall != NULL && package->compatible) {
@@ -301,6 +305,7 @@ static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
     b->fall->f64[i] = active ? 0 : b->fall->f64[i] + since * fall;
   }
   if (active) b->energy_last->f64[i] = *u;
+  /* That of the next drift: opening heat less opening work, whose part by k^2 / 2 grows with the step. */
   *begun -= package->compatible ? opening_work : 0;
   if (!b->ends) *u += base * (*begun - (package->compatible ? 0.5 * slope : 0));
   if (!active) return;
