@@ -108,7 +108,9 @@ static bool second_of_two(const struct kith_excluder *excluder, const struct kit
 
 const struct kith_excluder_ops kith_excluder_symmetric_duplicates = {
     .name = "symmetric_duplicates",
-    .doc = "where two nodes are in each other's list, the entry whose source has the lower id",
+    .doc =
+        "where two nodes are in each other's list, the entry whose source has the lower id; for lists of "
+        "programs",
     .phase = KITH_BROAD,
     .halves = true,
     .reject = second_of_two};

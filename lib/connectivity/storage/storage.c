@@ -63,7 +63,7 @@ static kith_status keep_upper(struct kith_stored *stored, const kith_index *node
 
 const struct kith_storage_ops kith_storage_half = {
     .name = "half",
-    .doc = "csr with each interaction once, in the row of the node that comes first",
+    .doc = "csr with each interaction once, in the row of the node that comes first; for lists of programs",
     .shifts = true,
     .upper = true,
     .keep = keep_upper,
