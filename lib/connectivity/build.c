@@ -525,7 +525,8 @@ static kith_status test_chunks(const struct kith_build *build, struct kith_rows 
 static kith_status begin_wanted(struct kith_rows *rows, const struct kith_build *build, bool of_ghosts) {
   kith_free(&rows->wanted);
   if (of_ghosts || !kith_build_all_targets(build) || build->targets->search != build->search) return KITH_OK;
-  return kith_resize(&rows->wanted, 0, (size_t)build->nodes->n_ghost + 1, 1);
+  rows->wanted_bytes = (size_t)build->nodes->n_ghost + 1;
+  return kith_resize(&rows->wanted, 0, rows->wanted_bytes, 1);
 }
 
 kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *build, size_t *candidates) {

@@ -85,7 +85,7 @@ void kith_rows_clear(struct kith_rows *rows) {
 
 size_t kith_rows_bytes(const struct kith_rows *rows) {
   return rows->rows_capacity * sizeof *rows->first + rows->entries_capacity * sizeof *rows->node +
-         rows->shifts_capacity * sizeof *rows->shift;
+         rows->shifts_capacity * sizeof *rows->shift + (rows->wanted != NULL ? rows->wanted_bytes : 0);
 }
 
 size_t kith_rows_longest(const struct kith_rows *rows) {

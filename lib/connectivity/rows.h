@@ -17,7 +17,7 @@ struct kith_rows {
   uint16_t *shift;  /* [first[n]]; NULL: no entry is displaced */
   int zero;         /* the number of the zero shift */
   uint8_t *wanted;  /* [ghosts] 1: a row of an internal node holds it; NULL: not known */
-  size_t rows_capacity, entries_capacity, shifts_capacity;
+  size_t rows_capacity, entries_capacity, shifts_capacity, wanted_bytes;
 };
 
 /* Memory for n rows; first[0] = 0. */
