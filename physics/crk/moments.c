@@ -172,8 +172,10 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
   for (kith_index i = begin; i < end; ++i) {
     const size_t padded = load_kernels(kernel, pass, i, s), at = (size_t)i * NDIM;
     sum_row(padded, s, sum);
-    sum[M0] += moment_weight * pass->package->self_weight * w0 * pass->constant * hydro->mass->f64[i] /
-               (hydro->density->f64[i] * kith_pow_dim(hydro->nodes->support->f64[i]));
+    const double own = pass->package->self_weight * w0 * pass->constant * hydro->mass->f64[i] /
+                       (hydro->density->f64[i] * kith_pow_dim(hydro->nodes->support->f64[i]));
+    if (m->kernel_sum != NULL) m->kernel_sum->f64[i] = sum[M0] + own;
+    sum[M0] += moment_weight * own;
     s->count[KITH_COUNT_EVALUATIONS] += padded;
     s->count[KITH_COUNT_FALLBACKS] +=
         !correct(sum, &m->a->f64[i], &m->c->f64[at], &m->a_gradient->f64[at], &m->c_gradient->f64[at * NDIM]);

@@ -25,10 +25,11 @@ struct crk_moments {
   struct kith_field *omega; /* of density.h: filled by the density pass before */
   /* Filled for internal nodes. A, C, dA + C, dC_b / dx_c: */
   struct kith_field *a, *c, *a_gradient, *c_gradient;
-  struct kith_field *change; /* of the spacing from node to node, |grad ln H| */
+  struct kith_field *change;     /* of the spacing from node to node, |grad ln H| */
+  struct kith_field *kernel_sum; /* m0 with the self weight, below 1 at a surface; NULL: not wanted */
 };
 
-/* Registers the fields. */
+/* Registers the fields, but for `kernel_sum`. */
 kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes);
 
 /* Fills the fields of internal nodes from positions, supports and densities of all nodes and ghosts.

@@ -5,9 +5,13 @@
  * its own that follows the flow. It starts as m / rho of the scene, or else as that of the sum. From one
  * evaluation to the next, a time dt later, with div v of density.h,
  *     V *= exp(dt (div v_before + div v) / 2) (V_even / V)^(1 - exp(-a_V s dt c_signal / h))          (1)
- *     V_even = ball H^d / neighbors, h = 2 sigma, s = 1 / (1 + (change / 0.2)^4)
+ *     V_even = ball H^d / neighbors, h = 2 sigma, s = 1 / (1 + (change / 0.2)^4 + (surface / 0.05)^4)
+ *     surface = max(0, 1 - m0) max(0, 1 - 4 P / (rho c^2))
  * The last factor draws V to the sum, with a_V = 1 in a sound crossing, where the spacing does not change
- * from node to node (change: moments.h). REMIX draws it by m0 - 1, which is not 0 beside a contact.
+ * from node to node (change, m0: moments.h). REMIX draws it by m0 - 1, which is not 0 beside a contact.
+ * Neither is it drawn at the free surface of water or copper, where m0 is 0.5 to 0.75 and V_even up to a
+ * third too large: that much tension tears nodes off (inputs/spinning-square.yaml). Gas, whose pressure falls
+ * no faster than its density, has surface = 0.
  * With V, the corrected kernels W^R of moments.h and D = grad W^R_ij - grad W^R_ji,
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D                                        (2)
  *     m_i du_i/dt = - sum_j (1/2) V_i V_j (P_i + e Q_ij) D . (v_j - v_i) + sum_j K_ij                 (3)
@@ -128,6 +132,8 @@ static kith_status remix_create(struct kith_package *package) {
   const struct kith_field_row fields[] = {
       {true, KITH_SPEC(SCALAR, KEPT, "volume", "that follows the flow"), &remix->volume},
       {true, KITH_SPEC(SCALAR, KEPT, "expansion", "div v when the volume was evaluated"), &remix->expansion},
+      {true, KITH_SPEC(SCALAR, KEPT, "kernel_sum", "of neighbors and itself, 1 but at a surface"),
+       &remix->moments.kernel_sum},
       {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &remix->matrix},
       {true, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &remix->slope},
       {0}};
@@ -142,6 +148,15 @@ static void start_volumes(const struct kith_hydro *hydro, struct kith_field *vol
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i)
     if (volume->f64[i] == 0 && hydro->density->f64[i] > 0)
       volume->f64[i] = hydro->mass->f64[i] / hydro->density->f64[i];
+}
+
+/* Returns `surface` of (1), by the state when last evaluated, but for the density, which is now a sum. */
+static double surface(const struct remix *remix, const struct kith_hydro *hydro, kith_index i) {
+  const double density = hydro->mass->f64[i] / remix->volume->f64[i], c = hydro->sound_speed->f64[i],
+               stiffness = density * c * c;
+  if (stiffness <= 0) return 0;
+  return KITH_MAX(0, 1 - remix->moments.kernel_sum->f64[i]) *
+         KITH_MAX(0, 1 - 4 * hydro->pressure->f64[i] / stiffness);
 }
 
 /* Advances volumes by (1), and sets the densities that follow. */
@@ -160,7 +175,8 @@ static void follow_volumes(const struct kith_package *package, const struct kith
                  now = package->velocity_divergence->f64[i];
     if (*volume == 0) *volume = even;
     if (dt > 0) {
-      const double s = 1 / (1 + pow(remix->moments.change->f64[i] / 0.2, 4)),
+      const double s = 1 / (1 + pow(remix->moments.change->f64[i] / 0.2, 4) +
+                            pow(surface(remix, hydro, i) / 0.05, 4)),
                    crossings = dt * package->signal->f64[i] / h;
       *volume *= exp(0.5 * dt * (*before + now));
       *volume *= pow(even / *volume, -expm1(-settings->relaxation * s * crossings));
