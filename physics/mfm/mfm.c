@@ -6,7 +6,9 @@
  * contact, so masses are fixed:
  *     m_i dv_i/dt = - sum_j P*_ij A_ij                                                    (1)
  *     m_i du_i/dt = - sum_j P*_ij A_ij . (v*_ij - v_i),  v* = (v_i + v_j) / 2 + S* A_ij / |A_ij|    (2)
- * S* is relative to the mean velocity, so results are Galilean invariant. The heat that a face takes from a
+ * S* is relative to the mean velocity, so results are Galilean invariant. Negative P* are multiplied by t of
+ * tension.h, and have no S* in (2): it would take heat from the node of lower pressure, and energies would
+ * drift apart until gas is torn. The heat that a face takes from a
  * node is limited by the pressure of the node: if h_i < 0 and P* > 4 P_i, its partner gives
  *     (1 - 4 P_i / P*) |h_i|                                                              (3)
  * without which the energy of a cold node beside a hot one, accelerated beyond the speed of the face, would
@@ -43,6 +45,7 @@
 #include "physics/mfm/riemann.h"
 #include "physics/passes/density.h"
 #include "physics/passes/force.h"
+#include "physics/passes/tension.h"
 
 struct mfm {
   struct mfm_faces faces; /* first: tests read it */
@@ -154,11 +157,11 @@ enum {
   MFM_GAMMA, /* of the material */
   MFM_INVERSE_GAMMA,
   MFM_INVERSE_DENSITY,
+  MFM_INVERSE_SUPPORT,
   MFM_PRESSURE_SLOPE,
   MFM_VELOCITY_SLOPE = MFM_PRESSURE_SLOPE + NDIM, /* [a][b] = dv_a / dx_b */
   MFM_PACKED = MFM_VELOCITY_SLOPE + NDIM * NDIM,
-  MFM_INVERSE_SUPPORT = MFM_PACKED,
-  MFM_CENTRAL,
+  MFM_CENTRAL = MFM_PACKED,
   MFM_MATRIX,
   MFM_PACKED_ONE_POINT = MFM_MATRIX + KITH_SYMMETRIC_SIZE,
   MFM_AREA = (MFM_PACKED + KITH_LANES - 1) / KITH_LANES * KITH_LANES
@@ -193,8 +196,8 @@ KITH_INLINE double heat_returned(double pressure, double own, double face, doubl
   return total > 4 * own ? KITH_MAX(-heat, 0.0) * (1 - 4 * own / total) : 0;
 }
 
-/* Evaluates the pair with this vector area of its face. */
-KITH_INLINE void flux(const double *face, const double *restrict i, const double *restrict j,
+/* Evaluates the pair with this vector area of its face; closer: tension.h. */
+KITH_INLINE void flux(double closer, const double *face, const double *restrict i, const double *restrict j,
                       double *restrict out) {
   double d[NDIM], n[NDIM], area2 = 0, slope_i[2] = {0}, slope_j[2] = {0}, du = 0;
   for (int a = 0; a < NDIM; ++a) {
@@ -223,14 +226,23 @@ KITH_INLINE void flux(const double *face, const double *restrict i, const double
   struct mfm_star star = mfm_riemann(l, r);
   const double most = KITH_MAX(i[MFM_PRESSURE] + 0.5 * above_i, J(MFM_PRESSURE) + 0.5 * above_j);
   star.pressure = du > 0 ? KITH_MIN(star.pressure, most) : star.pressure; /* (5) */
+  star.pressure = kith_tension(closer, star.pressure);
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * face[a];
-  const double push = star.pressure * area, heat_i = -push * (0.5 * du + star.velocity),
-               heat_j = -push * (0.5 * du - star.velocity);
+  const double work = -0.5 * star.pressure * area * du,
+               exchanged = KITH_MAX(star.pressure, 0.0) * area * star.velocity, heat_i = work - exchanged,
+               heat_j = work + exchanged;
   const double given = heat_returned(i[MFM_PRESSURE], above_i, star.pressure, heat_i) -
                        heat_returned(J(MFM_PRESSURE), above_j, star.pressure, heat_j); /* by j to i */
   OUT(KITH_HEAT) = heat_i + given;
   OUT(KITH_PARTNER_HEAT) = heat_j - given;
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (i[MFM_SOUND] + J(MFM_SOUND)) + KITH_MAX(-du, 0.0) : 0;
+}
+
+/* Returns s - 1 of tension.h, 0 at most, at a distance r; constants: H in mean node spacings. */
+KITH_INLINE double closer_of(const void *constants, double r, const double *restrict i,
+                             const double *restrict j) {
+  return kith_closer(*(const double *)constants,
+                     r * KITH_MAX(i[MFM_INVERSE_SUPPORT], J(MFM_INVERSE_SUPPORT)));
 }
 
 /* In a face no volume counts as more than this many times that of the partner (faces.h). */
@@ -239,7 +251,6 @@ static const double largest_volume = 16;
 KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, const double *restrict i,
                                 const double *restrict j, double *restrict out) {
   double d[NDIM], face[NDIM], of_j[NDIM], r2 = 0;
-  (void)constants;
   for (int a = 0; a < NDIM; ++a) {
     d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
     r2 += d[a] * d[a];
@@ -250,16 +261,20 @@ KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, 
   mfm_one_point_part(kernel, r, d, i[MFM_INVERSE_SUPPORT], i[MFM_CENTRAL], i + MFM_MATRIX, 1, face);
   mfm_one_point_part(kernel, r, d, J(MFM_INVERSE_SUPPORT), J(MFM_CENTRAL), &J(MFM_MATRIX), KITH_STRIDE, of_j);
   for (int a = 0; a < NDIM; ++a) face[a] = share_i * face[a] + share_j * of_j[a];
-  flux(face, i, j, out);
+  flux(closer_of(constants, r, i, j), face, i, j, out);
 }
 KITH_FORCE_BLOCKS(pair_one_point, MFM_PACKED_ONE_POINT)
 
 KITH_INLINE void pair_integrated(enum kith_kernel kernel, const void *constants, const double *restrict i,
                                  const double *restrict j, double *restrict out) {
-  double face[NDIM];
-  (void)kernel, (void)constants;
-  for (int a = 0; a < NDIM; ++a) face[a] = J(MFM_AREA + a);
-  flux(face, i, j, out);
+  double face[NDIM], r2 = 0;
+  (void)kernel;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
+    r2 += d * d;
+    face[a] = J(MFM_AREA + a);
+  }
+  flux(closer_of(constants, sqrt(r2), i, j), face, i, j, out);
 }
 KITH_HOT static void integrated(const struct kith_force_pass *pass, kith_index i,
                                 const kith_index *restrict partner, const uint16_t *shift, size_t n,
@@ -286,8 +301,8 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[MFM_GAMMA] = kith_material_gamma(material, hydro->density->f64[i], hydro->energy->f64[i]);
   packed[MFM_INVERSE_GAMMA] = 1 / packed[MFM_GAMMA];
   packed[MFM_INVERSE_DENSITY] = 1 / packed[MFM_DENSITY];
-  if (mfm->faces.matrix == NULL) return;
   packed[MFM_INVERSE_SUPPORT] = 1 / hydro->nodes->support->f64[i];
+  if (mfm->faces.matrix == NULL) return;
   packed[MFM_CENTRAL] = mfm_central(&mfm->faces, i);
   for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m)
     packed[MFM_MATRIX + m] = mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m];
@@ -340,6 +355,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   KITH_TRY(gradients(package, connectivity));
   struct kith_field *const slopes[] = {mfm->pressure_slope, mfm->faces.matrix};
   const int n_slopes = mfm->faces.matrix != NULL ? 2 : 1;
+  const double spacings = kith_root_dim(package->neighbors / kith_ball());
   struct kith_force_pass force = {.package = package,
                                   .kick = kick,
                                   .connectivity = connectivity,
@@ -347,6 +363,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
                                   .copy_corrections = copy_one_point_corrections,
                                   .evaluate = pair_one_point_of[package->kernel],
                                   .n_packed = MFM_PACKED_ONE_POINT,
+                                  .constants = &spacings,
                                   .exchanged = slopes,
                                   .n_exchanged = n_slopes};
   if (mfm->faces.form == MFM_FACES_INTEGRATED) {

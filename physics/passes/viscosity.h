@@ -37,6 +37,7 @@
 #include "lib/core/choices.h"
 #include "lib/core/symmetric.h"
 #include "physics/passes/force.h"
+#include "physics/passes/tension.h"
 
 /* name, choice in a scene, doc */
 #define KITH_VISCOSITY_LIST(X)                                                                     \
@@ -195,6 +196,7 @@ struct kith_viscous_pair {
   double mu, sound;                    /* mean sound speed */
   double signal;                       /* signal speed; 0 for two nodes at the same place */
   double inverse_r, inverse_densities; /* 1 / r, or a large number; 1 / (rho_i + rho_j) */
+  double closer;                       /* min(0, s - 1) */
 };
 
 KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosity_constants *c,
@@ -216,8 +218,8 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
   const double sounds = i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND),
                jump = (i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND)) / KITH_MAX(sounds, DBL_MIN);
   const double van_leer = product > 0 ? 4 * product / (sum * sum * (1 + 5 * jump * jump)) : 0;
-  const double closer = 5 * KITH_MIN(c->spacings * KITH_MAX(p.qi, p.qj) - 1, 0.0);
-  const double phi = van_leer * KITH_MAX(1 - closer * closer, 0.0);
+  p.closer = kith_closer(c->spacings, KITH_MAX(p.qi, p.qj));
+  const double near = 5 * p.closer, phi = van_leer * KITH_MAX(1 - near * near, 0.0);
   const double limited = KITH_MAX(p.vx - 0.5 * phi * sum, p.vx);
   const double difference = c->limited > 0 ? limited : p.vx;
   const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY), apart = KITH_MAX(p.r, 1e-100),

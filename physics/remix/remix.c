@@ -17,7 +17,7 @@
  * With V, the corrected kernels W^R of moments.h and D = grad W^R_ij - grad W^R_ji,
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D                                        (2)
  *     m_i du_i/dt = - sum_j (1/2) V_i V_j (P_i + e Q_ij) D . (v_j - v_i) + sum_j K_ij                 (3)
- * which is the work of each node on its own volume. e is 1/2, but P_i / (P_i + P_j) where Q cools a pair, as
+ * which is the work of each node on its own volume; negative pressures are multiplied by t of tension.h. e is 1/2, but P_i / (P_i + P_j) where Q cools a pair, as
  * it may because D does not point along it: a node without pressure has no heat to give. Q is (4) of
  * magma2.c. K is (5) of magma2.c with the area 2 V_i V_j |grad W|, instead of REMIX's diffusion of u and rho.
  *
@@ -96,7 +96,7 @@ KITH_INLINE void pair_remix(enum kith_kernel kernel, const void *constants, cons
                g = volumes * (gi * scale_i * inverse_i * inverse_i + gj * scale_j * inverse_j * inverse_j);
   crk_gradient(&p, w, g, i + REMIX_KERNEL, &J(REMIX_KERNEL), d);
 
-  const double pi = i[REMIX_PRESSURE], pj = J(REMIX_PRESSURE),
+  const double pi = kith_tension(p.closer, i[REMIX_PRESSURE]), pj = kith_tension(p.closer, J(REMIX_PRESSURE)),
                q = kith_viscous_pressure(&c->viscosity, &p, i[KITH_PACKED_DENSITY], J(KITH_PACKED_DENSITY),
                                          0.5 * (i[REMIX_SWITCH] + J(REMIX_SWITCH)));
   double growth = 0; /* of both volumes together */

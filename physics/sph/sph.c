@@ -10,7 +10,7 @@
  *                            + (1/2) m_i m_j Pi_ij v_ij . grad_i W_mean]                               (4)
  *     Pi_ij = (-s_mean alpha c_mean mu + beta mu^2) / rho_mean                                         (5)
  * with mu of viscosity.h (Monaghan 1997, JCoPh 136, 298). s is Balsara's factor (viscosity.h), times the
- * switch of (6) if there is one.
+ * switch of (6) if there is one. Negative pressures are multiplied by t of tension.h.
  *
  * Setting viscosity.name `cullen-dehnen`: the switch s follows the compression rate (Cullen and Dehnen 2010,
  *     MNRAS 408, 669; in the form of Price et al. 2018, PASA 35, e031, eqs. 45-48). With h = 2 sigma and
@@ -117,8 +117,10 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
   /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
   const double masses = i[SPH_MASS] * J(SPH_MASS);
   const bool own = all && c->own;
-  const double fi = -i[SPH_PSI] * ((own ? i[SPH_MASS] : J(SPH_MASS)) - i[SPH_GRAD_H_TERM]) * gi,
-               fj = -J(SPH_PSI) * ((own ? J(SPH_MASS) : i[SPH_MASS]) - J(SPH_GRAD_H_TERM)) * gj,
+  const double fi = -kith_tension(p.closer, i[SPH_PSI]) *
+                    ((own ? i[SPH_MASS] : J(SPH_MASS)) - i[SPH_GRAD_H_TERM]) * gi,
+               fj = -kith_tension(p.closer, J(SPH_PSI)) *
+                    ((own ? J(SPH_MASS) : i[SPH_MASS]) - J(SPH_GRAD_H_TERM)) * gj,
                fq = -masses * viscosity * (gi + gj);
   const double force = fi + fj + fq;
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = force * along[a];
