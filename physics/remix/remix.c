@@ -17,9 +17,10 @@
  * With V, the corrected kernels W^R of moments.h and D = grad W^R_ij - grad W^R_ji,
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D                                        (2)
  *     m_i du_i/dt = - sum_j (1/2) V_i V_j (P_i + e Q_ij) D . (v_j - v_i) + sum_j K_ij                 (3)
- * which is the work of each node on its own volume; negative pressures are multiplied by t of tension.h. e is 1/2, but P_i / (P_i + P_j) where Q cools a pair, as
- * it may because D does not point along it: a node without pressure has no heat to give. Q is (4) of
- * magma2.c. K is (5) of magma2.c with the area 2 V_i V_j |grad W|, instead of REMIX's diffusion of u and rho.
+ * which is the work of each node on its own volume. Negative pressures are multiplied by t of tension.h. e is
+ * 1/2, but P_i / (P_i + P_j) where Q cools a pair, as it may because D does not point along it: a node that
+ * has no pressure has no heat to give. Q is (4) of magma2.c. K is (5) of magma2.c with the area
+ * 2 V_i V_j |grad W|, instead of REMIX's diffusion of u and rho.
  *
  * Largest error of the pressure at contacts in 1-D:
  *                              equal masses 8 : 1,    equal masses,       equal spacing,
