@@ -226,6 +226,16 @@ struct truth {
   struct partners partners;
 };
 
+/* What is left between i and a partner of a pressure: a tension grows from 0 at 6/7 of a mean spacing of the
+ * denser end to all of it at one. */
+static inline double truth_tension(const struct world *w, const struct truth *t, int i,
+                                   const struct partner *p, double pressure) {
+  const double support = fmin(t->support[i], t->support[p->node]),
+               spacing = support / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM),
+               part = 7 * p->r / spacing - 6;
+  return pressure >= 0 ? pressure : pressure * fmax(0, fmin(1, part));
+}
+
 static inline double truth_sum(const struct world *w, const struct truth *t, int i, double support,
                                double *log_slope) {
   double sum = t->self * oracle_w(&w->kernel, 0), slope = 0;
@@ -402,10 +412,10 @@ static inline void truth_rates(const struct world *w, struct truth *t) {
       const double mu = truth_jump(w, t, i, p), sound = (t->sound[i] + t->sound[j]) / 2,
                    rho = (t->density[i] + t->density[j]) / 2;
       const double pi = (-w->viscosity.alpha * sound * mu + w->viscosity.beta * mu * mu) / rho;
-      const double fi =
-          m[i] * t->pressure[i] / (t->density[i] * t->density[i]) * (m[j] - t->grad_h_term[i]) * gi;
-      const double fj =
-          m[j] * t->pressure[j] / (t->density[j] * t->density[j]) * (m[i] - t->grad_h_term[j]) * gj;
+      const double fi = m[i] * truth_tension(w, t, i, p, t->pressure[i]) / (t->density[i] * t->density[i]) *
+                        (m[j] - t->grad_h_term[i]) * gi;
+      const double fj = m[j] * truth_tension(w, t, i, p, t->pressure[j]) / (t->density[j] * t->density[j]) *
+                        (m[i] - t->grad_h_term[j]) * gj;
       const double fq = m[i] * m[j] * pi * (gi + gj) / 2;
       signal = fmax(signal, fmax(1, (1 + 0.6 * w->viscosity.alpha) / 1.6) * sound - w->viscosity.beta * mu);
       for (int a = 0; a < NDIM; ++a) {

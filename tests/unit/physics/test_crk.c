@@ -98,10 +98,10 @@ static void corrected(const double *c, double (*dc)[ROWS], const double *sign, c
   }
 }
 
-/* The factor of x in -P V^2 / Omega (grad W)(H) of node k. */
-static double sph_push(const struct world *w, const struct truth *t, int k, double r) {
+/* The factor of x in -P V^2 / Omega (grad W)(H) of node k, with pressure P. */
+static double sph_push(const struct world *w, const struct truth *t, int k, double pressure, double r) {
   const double h = t->support[k], v = volume(w, h);
-  return -t->pressure[k] * v * v / t->omega[k] * w->kernel.constant * oracle_g(&w->kernel, r / h) /
+  return -pressure * v * v / t->omega[k] * w->kernel.constant * oracle_g(&w->kernel, r / h) /
          pow(h, NDIM + 2);
 }
 
@@ -126,7 +126,8 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
       const double q = rho * (beta * mu * mu - alpha * sound * mu);
       const double smooth = fmin(kernels->smooth[i], kernels->smooth[j]);
       const double volumes = volume(w, t->support[i]) * volume(w, t->support[j]);
-      const double total = t->pressure[i] + t->pressure[j] + q;
+      const double pi = truth_tension(w, t, i, p, t->pressure[i]),
+                   pj = truth_tension(w, t, i, p, t->pressure[j]), total = pi + pj + q;
       for (int a = 0; a < NDIM; ++a) {
         f[a] = -0.5 * smooth * volumes * total * (gi[a] - gj[a]);
         const double jump = p->sign[a] * v[j * NDIM + a] - v[i * NDIM + a];
@@ -134,12 +135,12 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
         ff += f[a] * f[a], vv += jump * jump, fv += f[a] * jump;
       }
       const double cosine = ff * vv > 0 ? fv / sqrt(ff) / sqrt(vv) : 0;
-      const double shared = fv < 0 ? t->pressure[i] + t->pressure[j] : total; /* cooling is not of Q */
-      const double d = (t->pressure[j] - t->pressure[i]) / shared;
+      const double shared = fv < 0 ? pi + pj : total; /* cooling is not of Q */
+      const double d = (pj - pi) / shared;
       const double steep = fabs(cosine) + (1 - fabs(cosine)) * fmax(0, 1 - d * d); /* 0: no work */
       const double share = 0.5 + (steep > 0 ? d * cosine / (2 * steep) : 0);
       heat += share * fv;
-      const double own = sph_push(w, t, i, p->r), other = sph_push(w, t, j, p->r),
+      const double own = sph_push(w, t, i, pi, p->r), other = sph_push(w, t, j, pj, p->r),
                    central = -volumes * q * factor;
       for (int a = 0; a < NDIM; ++a) {
         const double jump = p->sign[a] * v[j * NDIM + a] - v[i * NDIM + a];

@@ -134,6 +134,8 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
     const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
     const double pi = m->t.pressure[i] + zero_i, pj = m->t.pressure[p->node] + zero_j;
     if (du > 0) star.pressure = fmin(star.pressure, fmax(1.5 * pi - zero_i, 1.5 * pj - zero_j)); /* (5) */
+    star.pressure = truth_tension(w, &m->t, i, p, star.pressure);
+    if (star.pressure < 0) star.velocity = 0;
     signal = fmax(signal, 0.5 * (m->t.sound[i] + m->t.sound[p->node]) + fmax(0, -du));
     double heat = 0, heat_j = 0;
     for (int a = 0; a < NDIM; ++a) {
