@@ -8,8 +8,9 @@
  *     m_i du_i/dt = - sum_j P*_ij A_ij . (v*_ij - v_i),  v* = (v_i + v_j) / 2 + S* A_ij / |A_ij|    (2)
  * S* is relative to the mean velocity, so results are Galilean invariant. Negative P* are multiplied by t of
  * tension.h, and have no S* in (2): it would take heat from the node of lower pressure, and energies would
- * drift apart until gas is torn. The heat that a face takes from a
- * node is limited by the pressure of the node: if h_i < 0 and P* > 4 P_i, its partner gives
+ * drift apart until liquids are torn.
+ * The heat that a face takes from a node is limited by the pressure of the node: if h_i < 0 and P* > 4 P_i,
+ * its partner gives
  *     (1 - 4 P_i / P*) |h_i|                                                              (3)
  * without which the energy of a cold node beside a hot one, accelerated beyond the speed of the face, would
  * become negative. It is 0 where pressures are within a factor 4.
