@@ -70,7 +70,8 @@ enum {
 
 struct remix {
   struct crk_moments moments;
-  struct kith_field *volume, *expansion; /* state: V (0: not yet known) and div v, when last evaluated */
+  /* State, as last evaluated: V (0: not yet known), div v, `surface` of (1). */
+  struct kith_field *volume, *expansion, *surface;
   struct kith_field *matrix, *slope;
   struct kith_viscosity_fields viscosity;
 };
@@ -135,7 +136,8 @@ static kith_status remix_create(struct kith_package *package) {
   const struct kith_field_row fields[] = {
       {true, KITH_SPEC(SCALAR, KEPT, "volume", "that follows the flow"), &remix->volume},
       {true, KITH_SPEC(SCALAR, KEPT, "expansion", "div v when the volume was evaluated"), &remix->expansion},
-      {true, KITH_SPEC(SCALAR, KEPT, "kernel_sum", "of neighbors and itself, 1 but at a surface"),
+      {true, KITH_SPEC(SCALAR, KEPT, "surface", "0 but at the surface of a liquid"), &remix->surface},
+      {true, KITH_SPEC(SCALAR, WORK, "kernel_sum", "of neighbors and itself, 1 but at a surface"),
        &remix->moments.kernel_sum},
       {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &remix->matrix},
       {true, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &remix->slope},
@@ -153,13 +155,16 @@ static void start_volumes(const struct kith_hydro *hydro, struct kith_field *vol
       volume->f64[i] = hydro->mass->f64[i] / hydro->density->f64[i];
 }
 
-/* Returns `surface` of (1), by the state when last evaluated, but for the density, which is now a sum. */
-static double surface(const struct remix *remix, const struct kith_hydro *hydro, kith_index i) {
-  const double density = hydro->mass->f64[i] / remix->volume->f64[i], c = hydro->sound_speed->f64[i],
-               stiffness = density * c * c;
-  if (stiffness <= 0) return 0;
-  return KITH_MAX(0, 1 - remix->moments.kernel_sum->f64[i]) *
-         KITH_MAX(0, 1 - 4 * hydro->pressure->f64[i] / stiffness);
+/* Sets `surface` of (1) of the active nodes, for the next evaluation: pressures may be predicted by then. */
+static void find_surfaces(const struct kith_hydro *hydro, const struct remix *remix) {
+#pragma omp parallel for schedule(static)
+  for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
+    if (!kith_node_active(hydro->nodes, i)) continue;
+    const double c = hydro->sound_speed->f64[i], stiffness = hydro->density->f64[i] * c * c;
+    remix->surface->f64[i] = stiffness > 0 ? KITH_MAX(0, 1 - remix->moments.kernel_sum->f64[i]) *
+                                                 KITH_MAX(0, 1 - 4 * hydro->pressure->f64[i] / stiffness)
+                                           : 0;
+  }
 }
 
 static const double most = 8; /* V / V_even */
@@ -181,7 +186,7 @@ static void follow_volumes(const struct kith_package *package, const struct kith
     if (*volume == 0) *volume = even;
     if (dt > 0) {
       const double s = 1 / (1 + pow(remix->moments.change->f64[i] / 0.2, 4) +
-                            pow(surface(remix, hydro, i) / 0.05, 4)),
+                            pow(remix->surface->f64[i] / 0.05, 4)),
                    crossings = dt * package->signal->f64[i] / h;
       *volume *= exp(0.5 * dt * (*before + now));
       *volume *= pow(even / *volume, -expm1(-settings->relaxation * s * crossings));
@@ -211,6 +216,7 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
   kith_package_start_refresh(package, 3, state);
   KITH_TRY(kith_slope(package, connectivity, hydro->pressure, remix->matrix, remix->slope));
   KITH_TRY(crk_moments_evaluate(package, m, connectivity));
+  find_surfaces(hydro, remix);
   struct kith_field *between[8] = {hydro->sound_speed, remix->slope, m->a, m->c,
                                    m->a_gradient,      m->c_gradient};
   const int n = kith_viscosity_exchanged(&remix->viscosity, 6, between);
