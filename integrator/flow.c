@@ -128,24 +128,35 @@ static bool is_significant(const struct kith_nodes *nodes, kith_index i, kith_in
   return kith_norm(d) <= fmax(nodes->support->f64[i], nodes->support->f64[j]);
 }
 
-/* Returns the outward derivative of the outward velocity at node i, by partners further in. If these are all
+/* Sets the rates dv/dt, outwards, and du/dt at which waves change node i of the zone of b (flow.h). Partners
+ * count as 1 / |x_ij|^2: one that is far cannot outweigh one that i is about to run into. If they are all
  * beside i, nearly as deep, as at the tip of a jet, the difference of depths is no measure: divided by it,
  * noise would grow faster than steps can follow. */
-static double velocity_slope(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
+static void waves(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i,
+                  double *acceleration, double *heating) {
   const struct kith_rows *rows = &it->connectivity->rows;
-  const double *v = it->hydro->velocity->f64 + b->axis;
-  double moment = 0, squares = 0, sum = 0;
+  const struct kith_hydro *hydro = it->hydro;
+  const double *v = hydro->velocity->f64 + b->axis, *u = hydro->energy->f64, c = hydro->sound_speed->f64[i];
+  const double gamma =
+      kith_material_gamma(&hydro->material[it->nodes->list->u8[i]], hydro->density->f64[i], u[i]);
+  double moment = 0, count = 0, dv = 0, du = 0;
   for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e) {
     const kith_index j = rows->node[e];
     double x[NDIM];
-    const double square = kith_entry_separation(it->nodes, rows, i, e, x), d = x[b->axis];
+    const double square = kith_entry_separation(it->nodes, rows, i, e, x);
+    const double inwards = -kith_flow_outwards(b) * x[b->axis];
     if (!is_significant(it->nodes, i, j, x)) continue;
-    squares += square; /* on all sides: of what is beside i round-off decides whether it is further in */
-    if (d * kith_flow_outwards(b) >= 0) continue;
-    moment += d * d; /* of even partners squares / (2 NDIM) */
-    sum += d * (v[(size_t)j * NDIM] - v[(size_t)i * NDIM]);
+    count += 1; /* on all sides: of what is beside i round-off decides whether it is further in */
+    if (inwards <= 0) continue;
+    const double closing = kith_flow_outwards(b) * (v[(size_t)j * NDIM] - v[(size_t)i * NDIM]),
+                 w = 0.25 * (gamma + 1) * fmax(0, closing), speed = w + sqrt(w * w + c * c);
+    moment += inwards * inwards / square; /* of even partners count / (2 NDIM) */
+    dv += inwards / square * speed * closing;
+    du += inwards / square * (speed - c) * (u[j] - u[i]);
   }
-  return moment > 0 ? sum / fmax(moment, 0.1 * squares) : 0;
+  moment = fmax(moment, 0.1 * count);
+  *acceleration = moment > 0 ? dv / moment : 0;
+  *heating = moment > 0 ? du / moment : 0;
 }
 
 /* Sets the rates of node i in the zone of an outflow (flow.h). */
@@ -156,10 +167,12 @@ static void pass_waves(const struct kith_integrator *it, const struct kith_bound
                pull = far > 0 ? 0.25 / (b->upper - b->lower) * (hydro->pressure->f64[i] - far) /
                                     hydro->density->f64[i]
                               : 0;
-  double *a = hydro->acceleration->f64 + (size_t)i * NDIM;
+  double *a = hydro->acceleration->f64 + (size_t)i * NDIM, *rate = &hydro->energy_rate->f64[i];
+  double acceleration, heating;
+  waves(it, b, i, &acceleration, &heating);
   for (int k = 0; k < NDIM; ++k) a[k] *= part;
-  a[b->axis] = kith_flow_outwards(b) * (part * pull - hydro->sound_speed->f64[i] * velocity_slope(it, b, i));
-  hydro->energy_rate->f64[i] *= part;
+  a[b->axis] = kith_flow_outwards(b) * (part * pull + acceleration);
+  *rate = part * *rate + (1 - part) * heating;
 }
 
 /* ---- all faces ---- */
@@ -249,18 +262,13 @@ static void sum_outside(struct kith_integrator *it) {
 
 /* Sets the rates of node i in the zone of b. */
 static void set_rates(struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
-  const struct kith_hydro *hydro = it->hydro;
-  const size_t at = (size_t)i * NDIM;
-  double *a = hydro->acceleration->f64 + at, correction = 0;
+  double *a = it->hydro->acceleration->f64 + (size_t)i * NDIM;
   if (b->ops->leaves) {
     pass_waves(it, b, i);
   } else {
     memset(a, 0, NDIM * sizeof *a);
-    hydro->energy_rate->f64[i] = 0;
+    it->hydro->energy_rate->f64[i] = 0;
   }
-  for (size_t c = 0; c < NDIM; ++c)
-    correction -= a[c] * (it->kick.velocity_base->f64[at + c] - hydro->velocity->f64[at + c]);
-  if (it->package->compatible) it->package->energy_correction->f64[i] = correction;
 }
 
 void kith_flow_rates(struct kith_integrator *it) {

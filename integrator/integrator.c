@@ -88,7 +88,7 @@ static void kick_by_rates(struct kith_integrator *it, double dt, kith_index begi
   for (size_t k = (size_t)begin * NDIM; k < (size_t)end * NDIM; ++k) v[k] += dt * a[k];
 }
 
-/* For nodes begin .. end - 1: v += dt A, u by (1) of package.h. `late`: t + dt / 2 of (1). */
+/* For nodes begin .. end - 1: v += dt A, u by (1) of package.h, for gas. `late`: t + dt / 2 of (1). */
 static void kick(struct kith_integrator *it, double dt, double late, kith_index begin, kith_index end) {
   const struct kith_package *package = it->package;
   double *u = it->hydro->energy->f64;
@@ -97,7 +97,8 @@ static void kick(struct kith_integrator *it, double dt, double late, kith_index 
   const double *restrict correction = package->energy_correction->f64;
   const double *restrict a = package->pair_acceleration->f64;
   for (kith_index i = begin; i < end; ++i)
-    u[i] += dt * (correction[i] - late * kith_dot(a + (size_t)i * NDIM, a + (size_t)i * NDIM));
+    if (kith_node_is_gas(it->nodes, i))
+      u[i] += dt * (correction[i] - late * kith_dot(a + (size_t)i * NDIM, a + (size_t)i * NDIM));
 }
 
 static void finish_kick(struct kith_integrator *it, double dt) {

@@ -307,6 +307,9 @@ static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_ro
   char why[96] = "";
   if (same >= 0)
     snprintf(why, sizeof why, ": node %lld is at the same place", (long long)nodes->id->i64[same]);
+  else if (rows->first[first + 1] - rows->first[first] + 1 >= (size_t)kith_nodes_count(nodes))
+    snprintf(why, sizeof why, " though all nodes that are left (%lld) are in it",
+             (long long)kith_nodes_count(nodes));
   return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g%s",
                    (long long)nodes->id->i64[first], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
                    NDIM > 2 ? x[NDIM - 1] : 0.0,
