@@ -65,18 +65,14 @@ static void derive_vacuum(struct settings *s, const struct kith_exact_scene *sce
 /* Derives both sides, from two regions that touch along x. */
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct settings *s = settings;
-  const struct kith_exact_region *left = &scene->region[0], *right = &scene->region[1];
+  const struct kith_exact_region *half[2];
   if (scene->n_regions == 1) derive_vacuum(s, scene);
-  if (scene->n_regions != 2) return;
-  if (left->lower[0] > right->lower[0] || left->upper[0] > right->upper[0])
-    left = &scene->region[1], right = &scene->region[0];
-  const double a = left->upper[0], b = right->lower[0], length = scene->upper[0] - scene->lower[0];
-  if (!(fabs(a - b) <= 1e-12 * length)) return; /* they do not touch, or are not split along x */
-  s->interface_position = a;
-  derive_side(s, 0, left);
-  derive_side(s, 1, right);
-  s->barotropic = left->barotropic;
-  if (left->barotropic != right->barotropic) s->gamma[0] = NAN; /* not solved here */
+  if (!kith_exact_halves(scene, half)) return;
+  s->interface_position = half[0]->upper[0];
+  derive_side(s, 0, half[0]);
+  derive_side(s, 1, half[1]);
+  s->barotropic = half[0]->barotropic;
+  if (half[0]->barotropic != half[1]->barotropic) s->gamma[0] = NAN; /* not solved here */
 }
 
 /* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas.

@@ -23,11 +23,13 @@ static const struct kith_param params[] = {
 
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct slabs *s = settings;
+  const struct kith_exact_region *half[2];
+  if (!kith_exact_halves(scene, half)) return;
   for (int side = 0; side < 2; ++side) {
-    s->density[side] = scene->region[side].density;
-    s->pressure[side] = scene->region[side].pressure;
+    s->density[side] = half[side]->density;
+    s->pressure[side] = half[side]->pressure;
   }
-  s->interface_position = scene->region[0].upper[0];
+  s->interface_position = half[0]->upper[0];
 }
 
 static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
@@ -51,6 +53,7 @@ const struct kith_exact_ops kith_exact_slabs = {
     .doc = "two half spaces of different temperature and conductivity in touch",
     KITH_SETTINGS(params, slabs),
     .derive = derive,
+    .derived_from = "two regions of constant state that touch in a plane x = const",
     .state = state,
     .not_ideal = true,
 };

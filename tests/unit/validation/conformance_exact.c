@@ -147,6 +147,30 @@ static void check_derived_values(void) {
   }
 }
 
+/* Half spaces are told apart by where they are, not by the order in which the scene has them. Regions that do
+ * not touch are no half spaces: nothing follows. */
+static void check_derived_halves(void) {
+  static const struct kith_exact_ops *const halves[] = {&kith_exact_riemann, &kith_exact_slabs};
+  const double velocity[] = {0.3, 0.4, 0};
+  for (int k = 0; k < 2; ++k) {
+    struct kith_exact_scene scene = scene_with(1.6, velocity);
+    struct exact_parameters derived[3];
+    for (int order = 0; order < 3; ++order) {
+      const struct kith_exact_region first = scene.region[0];
+      void *settings;
+      CHECK_OK(kith_settings_create(&settings, kith_family_member(kith_exact_member, halves[k]->name), NULL));
+      halves[k]->derive(settings, &scene);
+      derived[order] = exact_parameters_of(halves[k], settings);
+      kith_free(&settings);
+      scene.region[0] = scene.region[1], scene.region[1] = first;
+      if (order == 1) scene.region[1].lower[0] += 0.1; /* a gap */
+    }
+    CHECK(derived[0].density[0] == 1 && derived[1].density[0] == 1 && derived[1].density[1] == 2);
+    CHECK(derived[1].pressure[0] == 0.5 && derived[1].interface_position == 0.2);
+    CHECK(isnan(derived[2].interface_position) && isnan(derived[2].density[0]));
+  }
+}
+
 /* ---- states ---- */
 
 struct probe {
@@ -243,5 +267,6 @@ int main(void) {
         kith_exact_find("") == NULL);
   CHECK(kith_exact_find("acoustic_wave") == kith_exact_find("acoustic-wave"));
   check_derived_values();
+  check_derived_halves();
   return check_failed();
 }
