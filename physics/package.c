@@ -137,8 +137,9 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
   const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
   if (limits && u > kith_hydro_energy_round_off(hydro, i) && cooling > 0)
     shorten(&limit, cfl * u / cooling, KITH_LIMIT_cooling);
+  const double added_cfl = package->added_cfl > 0 ? KITH_MIN(cfl, package->added_cfl) : cfl;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)
-    if (p->ops->longest_step != NULL) shorten(&limit, cfl * p->ops->longest_step(p, i), p->limit);
+    if (p->ops->longest_step != NULL) shorten(&limit, added_cfl * p->ops->longest_step(p, i), p->limit);
   return limit;
 }
 

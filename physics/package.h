@@ -42,6 +42,9 @@
 
 struct kith_package;
 
+/* The largest Courant number with which explicit schemes let diffusion decay (diffusion.h). */
+#define KITH_DIFFUSION_STABLE 0.7
+
 /* Reasons for the length of a step: by the state (package.c), by added packages, by the integrator, by a
  * scheme. */
 #define KITH_LIMIT_LIST(X) \
@@ -133,6 +136,7 @@ struct kith_package {
   /* Values of remote ghosts are recomputed from their rows between passes, instead of exchanged: needs ranks
    * and the trait. */
   bool recompute;
+  double added_cfl; /* the largest Courant number that multiplies limits of added packages; 0: any */
   struct kith_profile *profile;     /* borrowed, may be NULL */
   const struct kith_field *barrier; /* U8, 1: the node is a wall (force.h); NULL: there is none */
 

@@ -41,6 +41,7 @@ static kith_status make_package(struct kith_simulation *m, struct kith_package *
   p->neighbors = m->package.neighbors;
   p->compatible = scene->method.compatible;
   p->recompute = m->nodes->ranks != NULL && scene->partition.recompute;
+  p->added_cfl = kith_scheme_find(scene->scheme.member.name)->implicit ? 0 : KITH_DIFFUSION_STABLE;
   p->settings = settings;
   p->traversal = NDIM > 1 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER; /* rows are short in 1-D */
   if (strcmp(scene->traversal, "pairs") == 0) p->traversal = KITH_TRAVERSE_PAIRS;

@@ -12,7 +12,9 @@
  * Explicit schemes. Values that alternate from node to node decay at a rate of about 8 k / (c h^2) with h = 2
  * sigma and the capacity c per volume. leapfrog and verlet, which predict energies with extrapolated rates,
  * are stable up to 4/7 of a decay time a step, others up to 1 or more: the longest step at Courant number 1
- * is c h^2 / (10 k). */
+ * is c h^2 / (10 k), 0.8 of a decay time. So with explicit schemes no Courant number beyond 0.7 multiplies it
+ * (KITH_DIFFUSION_STABLE of package.h): with 0.9, block steps 0.8, the heat of inputs/slabs.yaml grew to 1e66
+ * and 1e47, and nothing stopped the run, as its pressure does not depend on it. */
 #ifndef KITH_PHYSICS_PASSES_DIFFUSION_H
 #define KITH_PHYSICS_PASSES_DIFFUSION_H
 

@@ -192,6 +192,11 @@ static void check_limit(const struct variant *v) {
   CHECK(limit.dt == fmin(least, alone));
   CHECK(ops->longest_step == NULL ||
         (least < alone && strcmp(kith_limit_name(limit.reason), ops->name) == 0));
+  w.package.added_cfl = 0.1; /* bounds the Courant number of added packages alone */
+  const double bounded = kith_package_timestep_limit(&w.package, 0.3).dt;
+  CHECK(ops->longest_step != NULL ? fabs(bounded - least / 3) <= 1e-14 * least : bounded == limit.dt);
+  w.package.added_cfl = 1;
+  CHECK(kith_package_timestep_limit(&w.package, 0.3).dt == limit.dt);
   multiply_coefficients(&added[0], 0); /* without diffusion there is no limit */
   CHECK(v->n > 1 || kith_package_timestep_limit(&w.package, 0.3).dt == alone);
   destroy(&w, v, added);
