@@ -12,15 +12,16 @@
  * and P solves f_L + f_R + u_R - u_L = 0, which is monotone: bisected in the logarithm of the pressure above
  * the lesser -s. If the left side is not negative at 0 the gases part and leave a vacuum, whose velocity is
  * set to x / t; what is stiff is torn, and refused. Barotropic are isothermal gases (g = 1, s = 0) and those
- * of Tait: their energy, which acts on nothing, takes the work of P and what shocks lose. The left-running
- * wave is the right-running one in the mirror. */
+ * of Tait, on one side or both: their energy, which acts on nothing, takes the work of P and what shocks
+ * lose. The left-running wave is the right-running one in the mirror. */
 #include "validation/exact/exact_parameters.h"
 
 #include <float.h>
 
 struct settings {
   double gamma[2], stiffness[2], density[2], pressure[2], velocity[2], energy[2], interface_position;
-  bool barotropic;
+  bool barotropic;         /* both sides */
+  bool only_barotropic[2]; /* or one of them, which follows from a scene alone */
 };
 #define IN(member) KITH_INTO(struct settings, member)
 static const struct kith_param params[] = {
@@ -71,8 +72,8 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
   s->interface_position = half[0]->upper[0];
   derive_side(s, 0, half[0]);
   derive_side(s, 1, half[1]);
-  s->barotropic = half[0]->barotropic;
-  if (half[0]->barotropic != half[1]->barotropic) s->gamma[0] = NAN; /* not solved here */
+  s->barotropic = half[0]->barotropic && half[1]->barotropic;
+  for (int k = 0; k < 2; ++k) s->only_barotropic[k] = half[k]->barotropic && !s->barotropic;
 }
 
 /* One half space and its wave; velocities are mirrored on the left: positive towards the undisturbed gas.
@@ -180,10 +181,14 @@ static kith_status solve(struct riemann *problem) {
   return KITH_OK;
 }
 
+static bool is_barotropic(const struct settings *p, int k) {
+  return p->barotropic || p->only_barotropic[k];
+}
+
 static kith_status check(const void *settings) {
   const struct settings *p = settings;
   for (int k = 0; k < 2; ++k)
-    if (p->gamma[k] == 1 && !p->barotropic)
+    if (p->gamma[k] == 1 && !is_barotropic(p, k))
       KITH_FAIL(BAD_INPUT, "exact solution riemann: gamma[%d] is 1, which only barotropic gases have", k);
     else if (p->density[k] == 0 && p->pressure[k] != 0)
       KITH_FAIL(BAD_INPUT, "exact solution riemann: pressure[%d] is %g, must be 0 where the density is 0", k,
@@ -191,7 +196,7 @@ static kith_status check(const void *settings) {
     else if (p->density[k] > 0 && p->pressure[k] < -p->stiffness[k])
       KITH_FAIL(BAD_INPUT, "exact solution riemann: pressure[%d] is %g, must be at least -stiffness, %g", k,
                 p->pressure[k], 0 - p->stiffness[k]);
-    else if (p->barotropic && p->density[k] > 0 && p->pressure[k] == -p->stiffness[k])
+    else if (is_barotropic(p, k) && p->density[k] > 0 && p->pressure[k] == -p->stiffness[k])
       KITH_FAIL(BAD_INPUT,
                 "exact solution riemann: pressure[%d] is -stiffness, where barotropic gas has no density", k);
   if (p->density[0] > 0 || p->density[1] > 0) return KITH_OK;
@@ -210,7 +215,7 @@ static kith_status riemann_create(void **self, const void *settings) {
     s->pressure = p->pressure[k] + problem->base, s->excess = s->stiffness - problem->base;
     s->velocity = mirror[k] * p->velocity[k];
     s->sound = s->density > 0 ? sqrt(s->gamma * (p->pressure[k] + s->stiffness) / s->density) : 0;
-    s->barotropic = p->barotropic, s->energy = p->energy[k];
+    s->barotropic = is_barotropic(p, k), s->energy = p->energy[k];
   }
   const kith_status status = solve(problem);
   if (status != KITH_OK) kith_free(self);

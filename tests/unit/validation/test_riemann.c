@@ -408,11 +408,13 @@ static void test_riemann_materials(void) {
       {"stiffened", "gamma=2 stiffness=3", "stiffened", "gamma=6 stiffness=0.5"},
       {"isothermal", "sound_speed=1", "isothermal", "sound_speed=3"},
       {"tait", "sound_speed=1.5", "tait", "density=2 sound_speed=4 exponent=3 pressure=0.1"},
-      {"tait", "sound_speed=1.5", "isothermal", "sound_speed=1"}};
+      {"tait", "sound_speed=1.5", "isothermal", "sound_speed=1"},
+      {"tait", "sound_speed=1.5", "ideal", "gamma=1.4"},
+      {"stiffened", "gamma=4.4 stiffness=0.6", "isothermal", "sound_speed=1"}};
   uint64_t seed = 31;
   int shocks = 0, fans = 0;
-  for (int problem = 0; problem < 240; ++problem) {
-    const char *const *pair = pairs[problem % 6];
+  for (int problem = 0; problem < 320; ++problem) {
+    const char *const *pair = pairs[problem % 8];
     double settings[EXACT_NUMBERS], c;
     struct kith_exact_scene scene = {.n_regions = 2};
     struct kith_material m[2];
