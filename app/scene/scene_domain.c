@@ -89,7 +89,8 @@ static kith_status check_sides(const struct kith_boundary_ops *lower, const stru
   if (lower->one_side || upper->one_side)
     return kith_config_fail(
         node, NULL,
-        "a %s with %s on the other side: that must be open, or what the %s does could not be told from it",
+        "a %s with %s on the other side: that must be open, or what the %s does could not be told from it; a "
+        "region with barrier: true at its end closes a tube",
         alone, lower->one_side ? upper->name : lower->name, alone);
   if (lower == upper &&
       (lower->settings_size == 0 || memcmp(side[0].settings, side[1].settings, lower->settings_size) == 0))

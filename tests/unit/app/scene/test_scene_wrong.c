@@ -136,7 +136,7 @@ static const struct wrong forces[] = {
      "f:7: connectivity.storage: padded holds no images that are shifts (boundaries.x.images): take csr"},
     {5, "boundaries: {x: [" PISTON ", reflecting]}",
      "f:5: boundaries.x: a piston with reflecting on the other side: that must be open, or what the piston "
-     "does could not be told from it"},
+     "does could not be told from it; a region with barrier: true at its end closes a tube"},
     {5, "boundaries: {x: [{kind: piston, velocity: 6}, open]}",
      "f:5: boundaries.x: a piston with velocity 6 is through the domain at time 0.166667, and the run "
      "goes until 0.2"},
