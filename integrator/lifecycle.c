@@ -386,8 +386,10 @@ static kith_status place(struct kith_integrator *it, const struct reduced_values
 /* Finds the nodes of a local tick and drops all ghosts, as these nodes are far from boundaries. The next
  * lifecycle of all nodes, which is rare then, reorders nodes. */
 static kith_status place_near(struct kith_integrator *it) {
+  kith_status status;
   it->since_reorder = (uint64_t)it->reorder_every;
-  KITH_TRY(it->near.find(it));
+  KITH_STAGE(status, it->profile, "near", it->near.find(it));
+  KITH_TRY(status);
   kith_lifecycle_search_radii(it);
   kith_nodes_drop_ghosts(it->nodes);
   return KITH_OK;
