@@ -9,8 +9,9 @@
  *     m_i du_i/dt = - sum_j (P_i N_i + (1/4) Q_ij a_ij d) . (v_j - v_i) + sum_j K_ij                  (3)
  * Were M_i isotropic, P_i N_i would be the term with Omega of the Lagrangian (sph.c). MAGMA2 has weights W in
  * M and N; with w even pressure is the gradient of a kernel sum to first order, which orders nodes (faces.h
- * of mfm), and the moments are those of the velocity gradient. N is not along d: like crk and mfm this keeps
- * momentum, but not angular momentum. Where M is close to singular, an isotropic one takes its place.
+ * of mfm), and the moments are those of the velocity gradient. N is not along d, but sum_j d N_i = V_i 1 has
+ * no torque: with Q along d, angular momentum is kept, too. Where M is close to singular, an isotropic one
+ * takes its place.
  *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-s_mean alpha c_mean mu + beta mu^2)                    (4)
  *     K_ij = a_K (P_i + P_j) / 2 a_ij r {P_j - P_i} / (rho_i c_i + rho_j c_j)                         (5)
  *     a_ij = d . (V_j / V_i N_i + V_i / V_j N_j) / r^2
