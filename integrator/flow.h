@@ -5,19 +5,23 @@
  * that has passed the face gets the state at the time when it passed. The node that takes the place of one
  * with id k has id k + the number of nodes at the start: no id comes twice, and none depends on ranks.
  *
- * Outflow: waves leave and none comes back (Thompson 1987, JCoPh 68, 1). A node keeps the energy rate of the
- * package and its acceleration along the face; its velocity v in the direction n outwards depends only on
- * nodes further in, as what they do comes with the speed W of a wave in the gas of the node,
+ * Outflow: waves leave, and little comes back (Thompson 1987, JCoPh 68, 1). Deep in the zone the velocity v
+ * of a node in the direction n outwards depends only on nodes further in, as what they do comes with the
+ * speed W of a wave in the gas of the node,
  *     dv/dt = - W dv/dn
  * (continuity adds dP = rho W dv). Where a partner closes in, at a speed w, W is that of the shock which this
  * makes in gas at rest, else the sound speed c (Toro 2009, Riemann Solvers, section 3.1):
  *     W = a w + sqrt(a^2 w^2 + c^2),  a = (gamma + 1) / 4,  gamma of kith_material_gamma.
- * With c alone the zone would be a wall for strong shocks. With a pressure P0 far behind and a domain of
- * length L, (P - P0) / (4 rho L) is added (Poinsot and Lele 1992, JCoPh 101, 104). All but dv/dt fades out
- * between a quarter and half of the zone, as nodes at its end lack partners; the heat of shocks fades in as
- *     du/dt = - (W - c) du/dn.
- * dv/dt does not fade: nodes with a constant velocity would run into slower ones ahead. Kicks leave the
- * kinetic energy of a zone alone: it is not made of the work of pairs.
+ * With c alone the zone would be a wall for strong shocks. At the face the acceleration is that of pairs, and
+ * goes over to this one within a quarter of the zone: where it changed at once, shocks that passed the face
+ * left a velocity that was up to 13 % too high. The acceleration along the face, and the energy rate of the
+ * package, fade out between a quarter and half of the zone, as nodes at its end lack partners; the heat of
+ * compression fades in,
+ *     du/dt = - P / rho dv/dn
+ * with the mean pressure of both nodes where a partner closes in, as across a shock. With a pressure P0 far
+ * behind and a domain of length L, (P - P0) / (4 rho L) is added (Poinsot and Lele 1992, JCoPh 101, 104),
+ * which fades out likewise. dv/dt does not fade: nodes with a constant velocity would run into slower ones.
+ * Kicks leave the kinetic energy of a zone alone: it is not made of the work of pairs.
  *
  * Balance. When a node becomes gas or leaves it, its mass, momentum and energy are added to `through` of
  * hydro.h or subtracted. The force pass sums forces and heats by partners that are no gas; kicks add them
