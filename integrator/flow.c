@@ -136,8 +136,8 @@ static void waves(const struct kith_integrator *it, const struct kith_boundary *
                   double *acceleration, double *heating) {
   const struct kith_rows *rows = &it->connectivity->rows;
   const struct kith_hydro *hydro = it->hydro;
-  const double *v = hydro->velocity->f64 + b->axis, *P = hydro->pressure->f64, c = hydro->sound_speed->f64[i],
-               density = hydro->density->f64[i],
+  const double *v = hydro->velocity->f64 + b->axis, *pressure = hydro->pressure->f64,
+               c = hydro->sound_speed->f64[i], density = hydro->density->f64[i],
                gamma = kith_material_gamma(&hydro->material[it->nodes->list->u8[i]], density,
                                            hydro->energy->f64[i]);
   double moment = 0, count = 0, dv = 0, du = 0;
@@ -153,29 +153,30 @@ static void waves(const struct kith_integrator *it, const struct kith_boundary *
                  w = 0.25 * (gamma + 1) * fmax(0, closing), speed = w + sqrt(w * w + c * c);
     moment += inwards * inwards / square; /* of even partners count / (2 NDIM) */
     dv += inwards / square * speed * closing;
-    du += inwards / square * closing * 0.5 * (P[i] + (closing > 0 ? P[j] : P[i]));
+    du += inwards / square * closing * 0.5 * (pressure[i] + pressure[closing > 0 ? j : i]);
   }
   moment = fmax(moment, 0.1 * count);
   *acceleration = moment > 0 ? dv / moment : 0;
   *heating = moment > 0 ? du / (moment * density) : 0;
 }
 
-/* Sets the rates of node i in the zone of an outflow (flow.h). */
+/* Sets the rates of node i in the zone of an outflow (flow.h). by_pairs: the part of the package's
+ * acceleration through the face that is left; remains: that of its other rates. */
 static void pass_waves(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
   const struct kith_hydro *hydro = it->hydro;
   const double far = ((const struct kith_flow_settings *)b->settings)->pressure_far,
-               depth = depth_of(it, b, i) / kith_flow_deepest(b), pairs = fmax(0, 1 - 4 * depth),
-               part = fmax(0, fmin(1, 2 - 4 * depth)),
+               depth = depth_of(it, b, i) / kith_flow_deepest(b), by_pairs = fmax(0, 1 - 4 * depth),
+               remains = fmax(0, fmin(1, 2 - 4 * depth)),
                pull = far > 0 ? 0.25 / (b->upper - b->lower) * (hydro->pressure->f64[i] - far) /
                                     hydro->density->f64[i]
                               : 0;
   double *a = hydro->acceleration->f64 + (size_t)i * NDIM, *rate = &hydro->energy_rate->f64[i];
   double acceleration, heating;
   waves(it, b, i, &acceleration, &heating);
-  const double along = pairs * a[b->axis] + kith_flow_outwards(b) * (1 - pairs) * acceleration;
-  for (int k = 0; k < NDIM; ++k) a[k] *= part;
-  a[b->axis] = along + kith_flow_outwards(b) * part * pull;
-  *rate = part * *rate + (1 - part) * heating;
+  const double through = by_pairs * a[b->axis] + kith_flow_outwards(b) * (1 - by_pairs) * acceleration;
+  for (int k = 0; k < NDIM; ++k) a[k] *= remains;
+  a[b->axis] = through + kith_flow_outwards(b) * remains * pull;
+  *rate = remains * *rate + (1 - remains) * heating;
 }
 
 /* ---- all faces ---- */

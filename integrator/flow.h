@@ -14,14 +14,14 @@
  *     W = a w + sqrt(a^2 w^2 + c^2),  a = (gamma + 1) / 4,  gamma of kith_material_gamma.
  * With c alone the zone would be a wall for strong shocks. At the face the acceleration is that of pairs, and
  * goes over to this one within a quarter of the zone: where it changed at once, shocks that passed the face
- * left a velocity that was up to 13 % too high. The acceleration along the face, and the energy rate of the
- * package, fade out between a quarter and half of the zone, as nodes at its end lack partners; the heat of
- * compression fades in,
+ * left a velocity that was up to 13 % too high. The components tangential to the face, and the energy rate of
+ * the package, fade out between a quarter and half of the zone, as nodes at its end lack partners; there the
+ * heat of compression fades in,
  *     du/dt = - P / rho dv/dn
  * with the mean pressure of both nodes where a partner closes in, as across a shock. With a pressure P0 far
  * behind and a domain of length L, (P - P0) / (4 rho L) is added (Poinsot and Lele 1992, JCoPh 101, 104),
  * which fades out likewise. dv/dt does not fade: nodes with a constant velocity would run into slower ones.
- * Kicks leave the kinetic energy of a zone alone: it is not made of the work of pairs.
+ * What kicks change in the kinetic energy of a zone is not taken from its heat, as it is no work of pairs.
  *
  * Balance. When a node becomes gas or leaves it, its mass, momentum and energy are added to `through` of
  * hydro.h or subtracted. The force pass sums forces and heats by partners that are no gas; kicks add them

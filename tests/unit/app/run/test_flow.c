@@ -377,6 +377,10 @@ static void refusals(void) {
           "a node in it needs partners up to"); /* twice the search radius: overlap */
   refused(in, "regions: [{material: gas, density: 1, pressure: 1, where: {x: [0.1, 1]}}]\n", "",
           "no region reaches the face");
+  if (NDIM == 1)
+    refused(FACES("outflow", "outflow"),
+            "regions: [{material: gas, density: 1, pressure: 1, velocity: [\"10*(x - 0.5)\", 0, 0]}]\n",
+            "resolution=31", "though all nodes that are left (1) are in it");
   refused(in, STREAM("30"), "scheme.dt=0.1", "within a step: a shorter step is required");
   refused(FACES("inflow", "reflecting"),
           "regions: [{material: gas, where: {x: [0, 0.5]}, density: 1, pressure: 0.1, velocity: [0.1, 0, 0]},"
