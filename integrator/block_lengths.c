@@ -131,11 +131,11 @@ void kith_blocks_plan(struct kith_integrator *it, double time, double factor) {
   range_of_limits(it, factor, &least, &most);
   if (!(left > 1e-9 * it->every)) left = it->every;
   const double longest = KITH_MIN(most, ldexp(least, b->settings.levels));
-  b->planned = it->fixed_dt > 0    ? it->fixed_dt
-               : isfinite(longest) ? cheapest_base(it, longest, left)
-               : left > 0          ? left
-                                   : longest;
-  const double tick = b->planned / KITH_TICKS;
+  it->planned = it->fixed_dt > 0    ? it->fixed_dt
+                : isfinite(longest) ? cheapest_base(it, longest, left)
+                : left > 0          ? left
+                                    : longest;
+  const double tick = it->planned / KITH_TICKS;
 #pragma omp parallel for schedule(static)
   for (kith_index i = 0; i < it->nodes->n_internal; ++i)
     b->wanted->f64[i] = isfinite(tick) ? power_of_two(b->wanted->f64[i] / tick) : KITH_TICKS;
@@ -201,7 +201,7 @@ static double before_impact(const struct kith_integrator *it, kith_index i, doub
   const struct kith_blocks *b = kith_blocks_of(it);
   const struct kith_rows *rows = &it->connectivity->rows;
   const double *restrict mass = it->hydro->mass->f64,
-                         tick = b->steps.ends ? b->planned / KITH_TICKS : b->steps.tick,
+                         tick = b->steps.ends ? it->planned / KITH_TICKS : b->steps.tick,
                          h = it->nodes->support->f64[i] / kith_kernel_support(it->package->kernel),
                          most = 0.64 * it->cfl * it->cfl * h;
   double heaviest = 0;

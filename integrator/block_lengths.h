@@ -20,7 +20,6 @@ struct kith_blocks {
   struct kith_field *position_base, *support_base, *density_base; /* at the node's last activity */
   double *soonest; /* [n / KITH_STRETCH, rounded up]: least `due` of each stretch of nodes */
   size_t soonest_capacity;
-  double planned; /* length of the next base step */
   bool even;   /* masses are so even that no node may throw another; false: they are not, or not yet known */
   bool swings; /* with this package light nodes beside heavy ones swing (sph.c) */
   /* For local ticks. `supports` is a box that holds the supports of all nodes. Until the next tick that is

@@ -56,10 +56,6 @@ void kith_block_steps_destroy(struct kith_integrator *it) {
   kith_free(&kith_blocks_of(it)->soonest);
 }
 
-double kith_block_steps_planned(const struct kith_integrator *it) {
-  return kith_blocks_of(it)->planned;
-}
-
 /* --- a tick --- */
 
 /* Returns how far a node moves along an axis in a time `since` its last activity, by component k of v and

@@ -41,7 +41,5 @@ kith_status kith_block_steps_start(struct kith_integrator *integrator);
 void kith_block_steps_begin(struct kith_integrator *integrator, double dt);
 /* Runs the ticks of the base step. */
 kith_status kith_block_steps_advance(struct kith_integrator *integrator);
-/* Returns the length of the next base step. */
-double kith_block_steps_planned(const struct kith_integrator *integrator);
 
 #endif

@@ -85,6 +85,8 @@ struct kith_integrator {
   struct kith_field *energy_base;
   struct kith_field *energy_rate_last; /* NULL if the scheme has stages or block time steps */
   int evaluations;                     /* of the rates, per step; a guess for scheme implicit */
+  double planned;                      /* with block time steps: length of the next base step */
+  double accurate_dt; /* next step that the last error estimate of the scheme allows; 0: no estimate */
   void *self;
 
   struct {                     /* inflow and outflow: flow.h */

@@ -35,13 +35,9 @@ struct kith_scheme_ops {
    * middle. */
   kith_status (*advance)(struct kith_integrator *integrator, double *dt);
   /* blocks: do nodes have steps of their own with these settings? NULL: never. If so, start follows the first
-   * rates, and planned returns the length of the next base step. */
+   * rates, and integrator->planned is the length of the next base step. */
   bool (*blocks)(const void *settings);
   kith_status (*start)(struct kith_integrator *integrator);
-  double (*planned)(const struct kith_integrator *integrator);
-  /* Returns where it keeps the step that its last error estimate allows (0: no estimate), which checkpoints
-   * store. NULL: it estimates no errors. */
-  double *(*accurate_dt)(struct kith_integrator *integrator);
   size_t (*bytes)(const struct kith_integrator *integrator); /* of the private state; NULL: none */
 };
 

@@ -152,7 +152,7 @@ static kith_status after_rates(struct kith_integrator *it, kith_status moved) {
   kith_status status = moved == KITH_OK ? kith_hydro_physical(it->hydro) : moved;
   if (status == KITH_OK) it->timestep_limit = kith_package_limit_of_rank(it->package, it->cfl);
   status = agree(it, status);
-  if (status == KITH_OK && has_blocks(it)) it->timestep_limit.dt = it->scheme->planned(it);
+  if (status == KITH_OK && has_blocks(it)) it->timestep_limit.dt = it->planned;
   kith_profile_end(it->profile);
   return status;
 }
@@ -211,13 +211,12 @@ kith_status kith_integrator_resume(struct kith_integrator *it, const struct kith
  * landing on `until`. Records what limited it. */
 static double next_dt(struct kith_integrator *it, double until) {
   struct kith_timestep_limit limit = it->timestep_limit;
-  const double left = until - it->time,
-               accurate = it->scheme->accurate_dt != NULL ? *it->scheme->accurate_dt(it) : 0;
+  const double left = until - it->time;
   if (it->fixed_dt > 0)
     limit = (struct kith_timestep_limit){it->fixed_dt, -1, KITH_LIMIT_fixed};
   else {
-    if (accurate > 0 && accurate < limit.dt)
-      limit = (struct kith_timestep_limit){accurate, -1, KITH_LIMIT_accuracy};
+    if (it->accurate_dt > 0 && it->accurate_dt < limit.dt)
+      limit = (struct kith_timestep_limit){it->accurate_dt, -1, KITH_LIMIT_accuracy};
     if (it->dt > 0 && limit.dt > KITH_GROWTH * it->dt && !has_blocks(it))
       limit = (struct kith_timestep_limit){KITH_GROWTH * it->dt, -1, KITH_LIMIT_growth};
   }

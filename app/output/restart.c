@@ -29,15 +29,14 @@ struct saved {
 
 /* Where a simulation keeps `real` and `count`. */
 struct places {
-  double *real[REALS]; /* NULL: 0 is stored */
+  double *real[REALS];
   uint64_t *count[COUNTS];
 };
 
 static struct places places_of(struct kith_simulation *m) {
   struct kith_integrator *it = &m->integrator;
-  double *const accurate_dt = it->scheme->accurate_dt != NULL ? it->scheme->accurate_dt(it) : NULL;
   return (struct places){
-      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, accurate_dt, &it->until, &it->every},
+      {&it->time, &it->dt, &it->kick.time, &it->timestep_limit.dt, &it->accurate_dt, &it->until, &it->every},
       {&it->step, (uint64_t *)&it->timestep_limit.node, &it->since_reorder, &m->package.pair_evaluations,
        &m->package.support_iterations, &m->package.fallbacks}};
 }
@@ -51,7 +50,7 @@ static struct saved collect(struct kith_simulation *m, const struct kith_conserv
   struct saved saved = {.baseline = *baseline,
                         .ledger = kith_ledger_of_all(&m->integrator.ledger, m->nodes->ranks),
                         .through = {m->hydro.through, m->integrator.flow.rate}};
-  for (int k = 0; k < REALS; ++k) saved.real[k] = places.real[k] != NULL ? *places.real[k] : 0;
+  for (int k = 0; k < REALS; ++k) saved.real[k] = *places.real[k];
   for (int k = 0; k < COUNTS; ++k) saved.count[k] = *places.count[k];
   kith_ranks_sum_counts(m->nodes->ranks, saved.count + COUNTS - SUMS, SUMS);
   return saved;
@@ -157,8 +156,7 @@ static kith_status read_share(struct kith_checkpoint *c, struct kith_output *out
 
 static void take_back(struct kith_simulation *m, const struct saved *saved) {
   const struct places places = places_of(m);
-  for (int k = 0; k < REALS; ++k)
-    if (places.real[k] != NULL) *places.real[k] = saved->real[k];
+  for (int k = 0; k < REALS; ++k) *places.real[k] = saved->real[k];
   for (int k = 0; k < COUNTS; ++k) /* sums over ranks go to rank 0 */
     if (k < COUNTS - SUMS || first_rank(m)) *places.count[k] = saved->count[k];
   m->hydro.through = saved->through[0], m->integrator.flow.rate = saved->through[1];

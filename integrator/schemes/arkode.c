@@ -45,9 +45,8 @@ struct arkode {
   int stage;
   struct kith_through through;
   bool ended;
-  long attempts;      /* attempts that ERKStep has begun */
-  double stable;      /* step that stable_step allowed last */
-  double accurate_dt; /* next step that the last error estimate allows; 0: no estimate */
+  long attempts; /* attempts that ERKStep has begun */
+  double stable; /* step that stable_step allowed last */
 };
 
 static kith_status read_table(struct table *table, int row) {
@@ -177,19 +176,15 @@ static kith_status solve(struct kith_integrator *it, double *dt) {
 
 static const struct kith_solver solver = {"ERKStep", KITH_LIMIT_accuracy, set_up, forget, solve};
 
-/* Sets accurate_dt to the next step by the error of this one, unless stability limits it more: that is the
- * time-step limit of the state. */
+/* Sets it->accurate_dt to the next step by the error of this one, unless stability limits it more: that is
+ * the time-step limit of the state. */
 static void set_accurate_dt(struct kith_integrator *it) {
   struct arkode *a = it->self;
   double next = 0;
-  a->accurate_dt = 0;
+  it->accurate_dt = 0;
   if (!is_adaptive(it)) return;
   ERKStepGetCurrentStep(a->stages.memory, &next);
-  if (next < (1 - 1e-9) * a->stable) a->accurate_dt = next; /* ERKStep rounds, too */
-}
-
-static double *accurate_dt(struct kith_integrator *it) {
-  return &((struct arkode *)it->self)->accurate_dt;
+  if (next < (1 - 1e-9) * a->stable) it->accurate_dt = next; /* ERKStep rounds, too */
 }
 
 static kith_status advance(struct kith_integrator *it, double *dt) {
@@ -229,5 +224,4 @@ const struct kith_scheme_ops kith_scheme_arkode = {
     .stages = true,
     .retries = true,
     .advance = advance,
-    .accurate_dt = accurate_dt,
     .bytes = bytes};

@@ -68,7 +68,6 @@ const struct kith_scheme_ops kith_scheme_leapfrog = {
     .evaluations = 1,
     .blocks = blocks,
     .start = kith_block_steps_start,
-    .planned = kith_block_steps_planned,
     .create = create,
     .destroy = kith_block_steps_destroy,
     .predict = predict,

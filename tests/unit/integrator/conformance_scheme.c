@@ -282,7 +282,7 @@ static void momentum_of_frozen_nodes_is_counted(void) {
 static kith_status step_of(struct scenario *s, double dt, double last) {
   struct kith_integrator *it = &s->simulation->integrator;
   it->dt = last; /* neighbor lists cover a time of this length */
-  if (it->scheme->accurate_dt != NULL) *it->scheme->accurate_dt(it) = 0;
+  it->accurate_dt = 0;
   it->timestep_limit.dt = dt;
   return kith_integrator_step(it, s->scene->until);
 }
