@@ -114,16 +114,11 @@ static kith_status check_future(const struct run *run) {
   return KITH_OK;
 }
 
-static void write_stage(const void *profile, char *text, size_t size) {
-  snprintf(text, size, "%s", kith_profile_present(profile));
-}
-
 static kith_status prepare(struct run *run) {
   const struct kith_options *o = run->options;
   KITH_TRY(kith_ranks_allreduce_status(
       run->ranks, kith_profile_create(&run->profile, omp_get_max_threads(), o->trace != NULL)));
-  const struct kith_watchdog watchdog = {o->watchdog, write_stage, run->profile};
-  KITH_TRY(kith_ranks_allreduce_status(run->ranks, kith_ranks_watch(run->ranks, &watchdog)));
+  KITH_TRY(kith_ranks_allreduce_status(run->ranks, kith_ranks_watch(run->ranks, o->watchdog, run->profile)));
   const double now = kith_seconds(); /* the same moment for all ranks: they leave a reduction together */
   double age = now - run->entered;
   kith_ranks_max(run->ranks, &age, 1);

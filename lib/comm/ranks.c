@@ -13,6 +13,7 @@
 #include <string.h>
 #include <time.h>
 #include "lib/comm/launched.h"
+#include "lib/core/profile.h"
 
 /* What ranks tell each other, in words: the number of words, the smallest code of a failure, its rank, the
  * number of failures, then the parts: n, how, and n words each. */
@@ -37,10 +38,11 @@ struct kith_ranks {
   struct agreement *agreement; /* owned */
   MPI_Request *request;        /* [2 size] of the pending exchange */
   int n_requests;
-  bool started_mpi; /* and so ends it */
-  struct kith_watchdog watchdog;
-  timer_t timer;       /* of the watchdog; runs while this rank waits */
-  const char *waiting; /* for what */
+  bool started_mpi;                   /* and so ends it */
+  double watchdog;                    /* seconds; 0: none */
+  timer_t timer;                      /* of the watchdog; runs while this rank waits */
+  const char *waiting;                /* for what */
+  const struct kith_profile *profile; /* that knows in which stage; borrowed */
 };
 
 /* ---- waiting ---- */
@@ -48,35 +50,34 @@ struct kith_ranks {
 /* In a thread of its own: the one that MPI knows of waits. */
 static void report_waiting(union sigval of) {
   const struct kith_ranks *ranks = of.sival_ptr;
-  char where[256] = "";
-  ranks->watchdog.stage(ranks->watchdog.context, where, sizeof where);
-  fprintf(stderr, "kith: rank %d has waited %g s for %s%s%s\n", ranks->rank, ranks->watchdog.seconds,
-          ranks->waiting, where[0] != '\0' ? " in " : "", where);
+  const char *stage = kith_profile_present(ranks->profile);
+  fprintf(stderr, "kith: rank %d has waited %g s for %s%s%s\n", ranks->rank, ranks->watchdog, ranks->waiting,
+          stage[0] != '\0' ? " in " : "", stage);
 }
 
-kith_status kith_ranks_watch(struct kith_ranks *ranks, const struct kith_watchdog *watchdog) {
+kith_status kith_ranks_watch(struct kith_ranks *ranks, double seconds, const struct kith_profile *profile) {
   struct sigevent event = {
       .sigev_notify = SIGEV_THREAD, .sigev_notify_function = report_waiting, .sigev_value.sival_ptr = ranks};
-  if (ranks == NULL || ranks->size == 1 || !(watchdog->seconds > 0)) return KITH_OK;
+  if (ranks == NULL || ranks->size == 1 || !(seconds > 0)) return KITH_OK;
   if (timer_create(CLOCK_MONOTONIC, &event, &ranks->timer) != 0)
     KITH_FAIL(UNSUPPORTED, "--watchdog: no timer: %s", strerror(errno));
-  ranks->watchdog = *watchdog;
+  ranks->watchdog = seconds, ranks->profile = profile;
   return KITH_OK;
 }
 
 static void set_timer(struct kith_ranks *ranks, const char *what, double seconds) {
-  if (!(ranks->watchdog.seconds > 0)) return;
+  if (!(ranks->watchdog > 0)) return;
   ranks->waiting = what;
   const struct itimerspec in = {.it_value = {(time_t)seconds, (long)(1e9 * fmod(seconds, 1))}};
   timer_settime(ranks->timer, 0, &in, NULL);
 }
 
 /* Around each call in which this rank may wait for another one. */
-#define WAIT(ranks, what, call)                        \
-  do {                                                 \
-    set_timer(ranks, what, (ranks)->watchdog.seconds); \
-    call;                                              \
-    set_timer(ranks, what, 0);                         \
+#define WAIT(ranks, what, call)                \
+  do {                                         \
+    set_timer(ranks, what, (ranks)->watchdog); \
+    call;                                      \
+    set_timer(ranks, what, 0);                 \
   } while (0)
 
 static void settle(struct kith_ranks *ranks);
@@ -209,7 +210,7 @@ void kith_ranks_destroy(struct kith_ranks **ranks) {
   if (*ranks == NULL) return;
   kith_free(&(*ranks)->request);
   kith_free(&(*ranks)->agreement);
-  if ((*ranks)->watchdog.seconds > 0) timer_delete((*ranks)->timer);
+  if ((*ranks)->watchdog > 0) timer_delete((*ranks)->timer);
   if ((*ranks)->size > 1) MPI_Op_free(&(*ranks)->combine);
   if ((*ranks)->size > 1) MPI_Comm_free(&(*ranks)->all);
   if ((*ranks)->started_mpi) MPI_Finalize();

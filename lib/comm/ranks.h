@@ -16,6 +16,7 @@
 
 #include "lib/core/base.h"
 
+struct kith_profile;
 struct kith_ranks; /* opaque */
 
 /* Processes that a run may have: 1 in a build without MPI (ranks_alone.c). */
@@ -42,16 +43,11 @@ int kith_ranks_cores(const struct kith_ranks *ranks);
 /* For libraries that communicate by themselves: what MPI_Comm_f2c takes; 0 if NULL. */
 int kith_ranks_communicator(const struct kith_ranks *ranks);
 
-/* A rank that waits longer than this for others says so in one line of stderr, once a wait, with the kind of
- * call and what `stage` writes about the place, and waits on: a slow disk or a debugger is no failure. The
- * rank that is waited for is the one that says nothing. `stage` is called from another thread while this
- * one waits. Not collective. UNSUPPORTED: no timer. */
-struct kith_watchdog {
-  double seconds; /* 0: none */
-  void (*stage)(const void *context, char *text, size_t size);
-  const void *context; /* borrowed */
-};
-kith_status kith_ranks_watch(struct kith_ranks *ranks, const struct kith_watchdog *watchdog);
+/* From now on a rank that waits longer than this for others says so in one line of stderr, once a wait, with
+ * the kind of call and the present stage of the profile (borrowed), and waits on: a slow disk or a debugger
+ * is no failure. The rank that is waited for is the one that says nothing. 0 seconds: never. Not collective.
+ * UNSUPPORTED: no timer. */
+kith_status kith_ranks_watch(struct kith_ranks *ranks, double seconds, const struct kith_profile *profile);
 
 /* A part of what ranks tell each other: n words of 8 bytes that become those of all ranks.
  *   MAX    doubles, each the largest; NaN if one is

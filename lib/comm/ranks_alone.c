@@ -24,7 +24,7 @@ kith_status kith_ranks_rehearse(struct kith_ranks **out) {
   *out = NULL;
   KITH_FAIL(UNSUPPORTED, "this program was built without MPI");
 }
-kith_status kith_ranks_watch(struct kith_ranks *ranks, const struct kith_watchdog *watchdog) {
+kith_status kith_ranks_watch(struct kith_ranks *ranks, double seconds, const struct kith_profile *profile) {
   return KITH_OK;
 }
 void kith_ranks_destroy(struct kith_ranks **ranks) {
