@@ -124,7 +124,6 @@ kith_status kith_integrator_rates(struct kith_integrator *it) {
 
 /* Agrees with all ranks on status, next time-step limit, wishes and summary after a step. */
 static kith_status agree(struct kith_integrator *it, kith_status status) {
-  struct kith_summary *summary = &it->summary;
   struct kith_hydro_sums sums;
   uint64_t count[] = {(uint64_t)it->nodes->n_internal, (uint64_t)it->nodes->n_ghost,
                       it->ledger.last_row_entries,
@@ -141,7 +140,7 @@ static kith_status agree(struct kith_integrator *it, kith_status status) {
   it->hydro->through.energy += kith_sum_value(&it->flow.lifted);
   it->flow.lifted = (struct kith_sum){0};
   if (!it->summarizes) return KITH_OK;
-  *summary =
+  it->summary =
       (struct kith_summary){kith_hydro_totals_of(it->hydro, &sums), count[0], count[1], count[2], count[3]};
   return KITH_OK;
 }
@@ -263,10 +262,7 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   kith_status status = take_step(it, &dt);
   kith_boundaries_move(it->boundaries, it->clock);
   if (status == KITH_OK && it->follows) kith_window_follow(it);
-  if (status == KITH_OK) {
-    const kith_status mine = kith_flow_mirror(it); /* nodes beyond mirrors are put back */
-    status = after_rates(it, mine);
-  }
+  if (status == KITH_OK) status = after_rates(it, kith_flow_mirror(it)); /* puts nodes beyond mirrors back */
   kith_profile_end(it->profile);
   KITH_TRY(status);
   it->time = dt >= wanted && dt >= until - it->time ? until : it->time + dt;
