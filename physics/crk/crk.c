@@ -140,24 +140,6 @@ static void copy_corrections(const double *restrict i, double *restrict j) {
   J(CRK_RATE) = i[CRK_RATE] * J(CRK_VOLUME) / i[CRK_VOLUME];
 }
 
-static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
-                          const struct kith_kick *kick, int n, struct kith_field *const *exchanged) {
-  const struct crk_settings *settings = package->settings;
-  const struct crk_constants constants = {
-      .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
-      .volume = kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors};
-  return kith_force(&(struct kith_force_pass){.package = package,
-                                              .kick = kick,
-                                              .connectivity = connectivity,
-                                              .pack = pack,
-                                              .copy_corrections = copy_corrections,
-                                              .evaluate = pair_crk_of[package->kernel],
-                                              .n_packed = CRK_PACKED,
-                                              .constants = &constants,
-                                              .exchanged = exchanged,
-                                              .n_exchanged = n});
-}
-
 static kith_status crk_create(struct kith_package *package) {
   struct crk *crk = package->self;
   const struct crk_settings *settings = package->settings;
@@ -179,8 +161,21 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *between[10] = {hydro->pressure, hydro->sound_speed, m->a,     m->c,
                                     m->a_gradient,   m->c_gradient,      m->omega, m->change};
+  const int n = kith_viscosity_exchanged(&crk->viscosity, 8, between);
   kith_balsara_factors(package, &settings->viscosity, &crk->viscosity, 0, hydro->nodes->n_internal);
-  return forces(package, connectivity, kick, kith_viscosity_exchanged(&crk->viscosity, 8, between), between);
+  const struct crk_constants constants = {
+      .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
+      .volume = kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors};
+  return kith_force(&(struct kith_force_pass){.package = package,
+                                              .kick = kick,
+                                              .connectivity = connectivity,
+                                              .pack = pack,
+                                              .copy_corrections = copy_corrections,
+                                              .evaluate = pair_crk_of[package->kernel],
+                                              .n_packed = CRK_PACKED,
+                                              .constants = &constants,
+                                              .exchanged = between,
+                                              .n_exchanged = n});
 }
 
 const struct kith_package_ops kith_package_crk = {
