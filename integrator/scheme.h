@@ -16,11 +16,11 @@ struct kith_scheme_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters (integrator->settings), NULL: none */
   size_t settings_size;
-  int evaluations;          /* of the rates, per step; a guess where a solver decides */
-  const char *incompatible; /* why it cannot keep a compatible energy; NULL: it can */
-  bool implicit;            /* Courant numbers above 1 are allowed */
-  bool stages;              /* evaluates several times per step, with the lists of its start */
-  bool retries;             /* may repeat a step with a shorter dt: lists are made for the longest dt */
+  int evaluations;   /* of the rates, per step; a guess where a solver decides */
+  bool thermal_only; /* it needs du/dt as a function of the state: no compatible energy (package.h) */
+  bool implicit;     /* Courant numbers above 1 are allowed */
+  bool stages;       /* evaluates several times per step, with the lists of its start */
+  bool retries;      /* may repeat a step with a shorter dt: lists are made for the longest dt */
   /* create: registers fields, allocates private state in integrator->self, checks what depends on several
    * settings (BAD_INPUT, the message begins with the key of the setting: "table: ..."). destroy: frees what
    * the private state owns; the caller then frees the state itself. NULL: nothing to do. */
@@ -40,10 +40,6 @@ struct kith_scheme_ops {
   kith_status (*start)(struct kith_integrator *integrator);
   size_t (*bytes)(const struct kith_integrator *integrator); /* of the private state; NULL: none */
 };
-
-/* Why schemes that combine rates of several states are incompatible with a compatible energy. */
-#define KITH_NEEDS_RATES \
-  "that energy follows from the kicks of each step, and this scheme needs du/dt as a function of the state"
 
 /* Do nodes have steps of their own? */
 static inline bool kith_scheme_has_blocks(const struct kith_scheme_ops *scheme, const void *settings) {

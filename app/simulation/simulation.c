@@ -196,9 +196,11 @@ static kith_status check_combination(const struct kith_simulation *m) {
             "only the owner of a node keeps the history of %s; take exchange", package.history);
   REFUSE_IF(recompute && s->reproducible, "partition.ghosts",
             "what is computed again is summed in another order; reproducible runs take exchange");
-  REFUSE_IF(s->method.compatible && scheme->incompatible != NULL, "scheme.name",
-            "%s cannot keep energy compatible: %s; give it method.energy=thermal", scheme->name,
-            scheme->incompatible);
+  REFUSE_IF(
+      s->method.compatible && scheme->thermal_only, "scheme.name",
+      "%s cannot keep energy compatible: that energy follows from the kicks of each step, and this scheme "
+      "needs du/dt as a function of the state; give it method.energy=thermal",
+      scheme->name);
   REFUSE_IF(s->follows && blocks, "window",
             "not together with block time steps, in which gas at rest has long steps anyway: take whole, or "
             "scheme.steps=global");
@@ -235,11 +237,11 @@ static kith_status check_combination(const struct kith_simulation *m) {
    * face within a step needs its velocity in every sum of a scheme. */
   REFUSE_IF(piston && kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
             "a piston requires that neighbor lists are rebuilt always");
-  REFUSE_IF(piston && scheme->incompatible != NULL, "scheme.name",
+  REFUSE_IF(piston && scheme->thermal_only, "scheme.name",
             "%s does not know of pistons; leapfrog, rk2, cheap-rk2 and verlet do", scheme->name);
   REFUSE_IF(s->unsteady && kith_rebuilds_lasting(&m->rebuilds), "connectivity.rebuild",
             "an inflow whose state changes requires that neighbor lists are rebuilt always");
-  REFUSE_IF(passes && scheme->incompatible != NULL, "scheme.name",
+  REFUSE_IF(passes && scheme->thermal_only, "scheme.name",
             "%s does not let gas come and go; leapfrog with global steps, rk2, cheap-rk2 and verlet do",
             scheme->name);
   return KITH_OK;

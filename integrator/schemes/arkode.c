@@ -218,7 +218,7 @@ const struct kith_scheme_ops kith_scheme_arkode = {
         "explicit Runge-Kutta by ERKStep of SUNDIALS: any of its tables (kith list table); "
         "dt by the error and the Courant number, or fixed; thermal energy only",
     .evaluations = 3,
-    .incompatible = KITH_NEEDS_RATES,
+    .thermal_only = true,
     .create = create,
     .destroy = kith_stages_forget,
     .stages = true,

@@ -130,7 +130,7 @@ const struct kith_scheme_ops kith_scheme_implicit = {
         "matrix: for smooth slow flows; Courant numbers above 1; thermal energy only",
     KITH_SETTINGS(params, implicit_settings),
     .evaluations = 12,
-    .incompatible = KITH_NEEDS_RATES,
+    .thermal_only = true,
     .implicit = true,
     .create = create,
     .destroy = kith_stages_forget,

@@ -65,7 +65,7 @@ static void check_restart(const char *yaml, const char *settings, int steps, int
 
 /* The setting that a scheme needs, if any. */
 static const char *energy(int scheme) {
-  return kith_scheme_all()[scheme]->incompatible != NULL ? "method.energy=thermal" : "";
+  return kith_scheme_all()[scheme]->thermal_only ? "method.energy=thermal" : "";
 }
 
 static void all_policies(void) {
