@@ -35,8 +35,7 @@ void kith_curve_clear(struct kith_partition *partition) {
   kith_free(&curve->order);
 }
 
-kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (*key_of)(const uint64_t *k),
-                                    int32_t *owner) {
+kith_status kith_curve_first_by_key(struct kith_partition *partition, int32_t *owner) {
   const struct kith_cells *cells = partition->cells;
   uint64_t *key = NULL;
   KITH_TRY(kith_resize(&key, 0, (size_t)cells->n, sizeof *key));
@@ -45,7 +44,7 @@ kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (
     uint64_t at[NDIM];
     kith_grid_place(cells->count, c, k);
     for (int a = 0; a < NDIM; ++a) at[a] = (uint64_t)k[a];
-    key[c] = key_of(at);
+    key[c] = partition->ops->key_of(at);
   }
   const kith_status status = kith_curve_first(partition, key, owner);
   kith_free(&key);

@@ -23,13 +23,10 @@ static uint64_t hilbert_key(const uint64_t *k) {
   return kith_sfc_key_of_cell(x);
 }
 
-static kith_status hilbert_first(struct kith_partition *partition, int32_t *owner) {
-  return kith_curve_first_by_key(partition, hilbert_key, owner);
-}
-
 const struct kith_partitioner_ops kith_partitioner_hilbert = {
     .name = "hilbert",
     .doc = "cuts of the Hilbert curve at equal weight",
     KITH_CURVE,
-    .first = hilbert_first,
+    .first = kith_curve_first_by_key,
+    .key_of = hilbert_key,
 };

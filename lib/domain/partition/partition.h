@@ -31,6 +31,7 @@ struct kith_partitioner_ops {
   /* The first map, without weights: writes owner[n]. NULL: `update` without weights makes it, where
    * `owner` is that of the partition. */
   kith_status (*first)(struct kith_partition *partition, int32_t *owner);
+  uint64_t (*key_of)(const uint64_t *k); /* for kith_curve_first_by_key: key of a cell, by its coordinates */
   /* The next map: `owner` holds the present one. Weights are positive, of mean 1. NULL: the map never
    * changes. */
   kith_status (*update)(struct kith_partition *partition, const double *weight, int32_t *owner);
@@ -93,8 +94,7 @@ struct kith_curve {
   kith_index *order; /* [cells->n] cells along the curve; owned */
 };
 kith_status kith_curve_first(struct kith_partition *partition, const uint64_t *key, int32_t *owner);
-kith_status kith_curve_first_by_key(struct kith_partition *partition, uint64_t (*key_of)(const uint64_t *k),
-                                    int32_t *owner); /* keys of the cells' coordinates */
+kith_status kith_curve_first_by_key(struct kith_partition *partition, int32_t *owner);
 kith_status kith_curve_update(struct kith_partition *partition, const double *weight, int32_t *owner);
 void kith_curve_clear(struct kith_partition *partition);
 #define KITH_CURVE \
