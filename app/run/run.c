@@ -23,7 +23,6 @@
 #include "app/output/pictures/probe_plot.h"
 #include "app/output/report.h"
 #include "app/run/signals.h"
-#include "lib/comm/launched.h"
 #include "lib/io/atomic_file.h"
 
 /* Progress that is shown: a row from time to time. */

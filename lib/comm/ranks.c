@@ -12,7 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include "lib/comm/launched.h"
 #include "lib/core/profile.h"
 
 /* What ranks tell each other, in words: the number of words, the smallest code of a failure, its rank, the

@@ -14,11 +14,22 @@
 #ifndef KITH_COMM_RANKS_H
 #define KITH_COMM_RANKS_H
 
+#include <stdlib.h>
 #include "lib/core/base.h"
 
 struct kith_profile;
 struct kith_ranks; /* opaque */
 
+/* Processes that mpirun, mpiexec or srun started together, this one among them, as they tell in the
+ * environment; 1: it was started alone. */
+static inline int kith_launched(void) {
+  static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
+  for (size_t k = 0; k < sizeof sizes / sizeof *sizes; ++k) {
+    const char *size = getenv(sizes[k]);
+    if (size != NULL && atoi(size) > 1) return atoi(size);
+  }
+  return 1;
+}
 /* Processes that a run may have: 1 in a build without MPI (ranks_alone.c). */
 int kith_ranks_most(void);
 /* Starts MPI, once per process. *out is NULL if there is only one process. UNSUPPORTED if several were

@@ -1,7 +1,6 @@
 /* ranks.h in a build without MPI: one process, and all its ranks are NULL. */
 #include <stdlib.h>
 #include <string.h>
-#include "lib/comm/launched.h"
 #include "lib/comm/ranks.h"
 
 /* Most of them have nothing to do. */
