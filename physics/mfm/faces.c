@@ -316,11 +316,16 @@ static kith_status find_holders(struct pass *pass) {
   return kith_traverse(n, holders_chunk_of[f->kernel], pass, 1, 0, f->profile);
 }
 
-/* Computes the areas of the pairs of the graph. */
-static kith_status integrate(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
+/* Makes the graph of integrated faces, and computes their areas. */
+static kith_status build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   struct pass pass = {f, connectivity};
   const kith_index n = connectivity->rows.n;
-  kith_status status = kith_rows_reserve(&f->holders, n);
+  f->graph.rows = connectivity->overlap;
+  f->graph.rows.n = f->nodes->n_internal;
+  f->graph.pairs = connectivity->overlap_pairs;
+  f->graph.canonical = connectivity->canonical;
+  kith_status status = kith_pairwise_prepare(&f->graph.pairs, &face_area, &f->area);
+  if (status == KITH_OK) status = kith_rows_reserve(&f->holders, n);
   if (status == KITH_OK) status = kith_traverse(n, partition_chunk_of[f->kernel], &pass, 1, 0, f->profile);
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   refresh_quadrature(&pass);
@@ -334,17 +339,6 @@ static kith_status integrate(struct mfm_faces *f, const struct kith_connectivity
   KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
   stretch(f);
   return KITH_OK;
-}
-
-/* Makes the graph of integrated faces, and computes their areas. */
-static kith_status build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
-  f->graph.rows = connectivity->overlap;
-  f->graph.rows.n = f->nodes->n_internal;
-  f->graph.pairs = connectivity->overlap_pairs;
-  f->graph.canonical = connectivity->canonical;
-  const kith_status status = kith_pairwise_prepare(&f->graph.pairs, &face_area, &f->area);
-  KITH_TRY(kith_ranks_allreduce_status(f->nodes->ranks, status));
-  return integrate(f, connectivity);
 }
 
 kith_status mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
