@@ -166,10 +166,8 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   const struct crk_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .volume = kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors};
-  return kith_force(&(struct kith_force_pass){.package = package,
-                                              .kick = kick,
-                                              .connectivity = connectivity,
-                                              .pack = pack,
+  return kith_force(package, connectivity, kick,
+                    &(struct kith_force_pass){.pack = pack,
                                               .copy_corrections = copy_corrections,
                                               .evaluate = pair_crk_of[package->kernel],
                                               .n_packed = CRK_PACKED,

@@ -169,10 +169,8 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
   const struct magma2_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .dissipation = settings->pressure_dissipation};
-  return kith_force(&(struct kith_force_pass){.package = package,
-                                              .kick = kick,
-                                              .connectivity = connectivity,
-                                              .pack = pack,
+  return kith_force(package, connectivity, kick,
+                    &(struct kith_force_pass){.pack = pack,
                                               .copy_corrections = copy_corrections,
                                               .evaluate = pair_magma2_of[package->kernel],
                                               .n_packed = MAGMA2_PACKED,

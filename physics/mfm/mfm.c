@@ -357,10 +357,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   struct kith_field *const slopes[] = {mfm->pressure_slope, mfm->faces.matrix};
   const int n_slopes = mfm->faces.matrix != NULL ? 2 : 1;
   const double spacings = kith_root_dim(package->neighbors / kith_ball());
-  struct kith_force_pass force = {.package = package,
-                                  .kick = kick,
-                                  .connectivity = connectivity,
-                                  .pack = pack,
+  struct kith_force_pass force = {.pack = pack,
                                   .copy_corrections = copy_one_point_corrections,
                                   .evaluate = pair_one_point_of[package->kernel],
                                   .n_packed = MFM_PACKED_ONE_POINT,
@@ -375,11 +372,12 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
     mfm->faces.profile = package->profile;
     mfm->faces.halo = hydro->halo;
     KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
-    force.connectivity = &mfm->faces.graph, force.evaluate = integrated, force.n_packed = MFM_PACKED;
+    connectivity = &mfm->faces.graph;
+    force.evaluate = integrated, force.n_packed = MFM_PACKED;
     force.copy_corrections = NULL;
     force.edges = NDIM, force.edge = mfm->faces.area;
   }
-  return kith_force(&force);
+  return kith_force(package, connectivity, kick, &force);
 }
 
 static size_t mfm_bytes(const struct kith_package *package) {

@@ -510,20 +510,21 @@ static kith_index tile_size(kith_index n) {
   return KITH_CHUNK * KITH_MAX(1, KITH_MIN(64, n / (64 * KITH_CHUNK)));
 }
 
-kith_status kith_force(struct kith_force_pass *pass) {
-  struct kith_package *package = pass->package;
+kith_status kith_force(struct kith_package *package, const struct kith_connectivity *connectivity,
+                       const struct kith_kick *kick, struct kith_force_pass *pass) {
   const struct kith_hydro *hydro = package->hydro;
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index all = kith_nodes_count(nodes), internal = nodes->n_internal;
   const size_t size = kith_lanes_padded((size_t)pass->n_packed);
+  pass->package = package, pass->connectivity = connectivity, pass->kick = kick;
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   pass->flag = hydro->outside_force != NULL ? nodes->flag->u8 : NULL;
-  pass->f_couple = kith_connectivity_factors(&pass->connectivity->pairs);
+  pass->f_couple = kith_connectivity_factors(&connectivity->pairs);
   pass->adds = package->limit != KITH_LIMIT_nothing;
   pass->is_last = true;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)
     pass->is_last = pass->is_last && p->ops->evaluate == NULL;
-  const bool weighs = pass->kick->blocks != NULL && !pass->kick->blocks->alike;
+  const bool weighs = kick->blocks != NULL && !kick->blocks->alike;
   const size_t packed = (size_t)all * size;
   KITH_TRY(kith_nodes_work(nodes, (packed + (weighs ? (size_t)all * KITH_LANES : 0)) * sizeof(double),
                            &pass->packed));
@@ -531,19 +532,19 @@ kith_status kith_force(struct kith_force_pass *pass) {
   pack(pass, 0, internal);
   if (pass->n_exchanged > 0) kith_package_start_refresh(package, pass->n_exchanged, pass->exchanged);
   pack(pass, internal, kith_halo_pending(hydro->halo) ? kith_nodes_first_remote(nodes) : all);
-  if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&pass->connectivity->pairs, pass->edge));
-  const bool tiled = package->traversal == KITH_TRAVERSE_PAIRS && !pass->connectivity->canonical &&
+  if (pass->edge != NULL) KITH_TRY(kith_pairwise_fresh(&connectivity->pairs, pass->edge));
+  const bool tiled = package->traversal == KITH_TRAVERSE_PAIRS && !connectivity->canonical &&
                      !(weighs && pass->flag != NULL);
   pass->lanes = (int)size + pass->edges + KITH_PAIR_VALUES;
   const kith_index chunk = tiled ? tile_size(internal) : KITH_CHUNK;
   const size_t given = tiled ? (size_t)chunk * (groups_of(pass) * KITH_LANES + 1) : 0;
   const struct kith_node_sweep sums = {
       .stage = "force",
-      .rows = &pass->connectivity->rows,
+      .rows = &connectivity->rows,
       .chunk = tiled ? tile_chunk : gather_chunk,
       .chunk_size = chunk,
       .context = pass,
-      .touched = pass->kick->blocks != NULL, /* without block steps only active nodes get new rates */
+      .touched = kick->blocks != NULL, /* without block steps only active nodes get new rates */
       .whole = tiled && weighs,
       .lanes = pass->lanes + (int)(given / KITH_STRIDE + 1),
       .width = KITH_STRIDE,
@@ -551,8 +552,8 @@ kith_status kith_force(struct kith_force_pass *pass) {
       .shared = 8 * (int)size,
       /* m, c, heat, signal, correction; v, its base, the accelerations, which are read and written */
       .own = 8 * (5 + NDIM * (package->pair_acceleration != hydro->acceleration ? 6 : 4)),
-      .pairwise = pass->edges > 0 ? 8.0 * pass->edges * (double)pass->connectivity->pairs.n +
-                                        4.0 * (double)pass->connectivity->rows.first[internal]
+      .pairwise = pass->edges > 0 ? 8.0 * pass->edges * (double)connectivity->pairs.n +
+                                        4.0 * (double)connectivity->rows.first[internal]
                                   : 0};
   return kith_package_sweep(package, &sums, NULL);
 }

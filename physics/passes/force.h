@@ -67,9 +67,6 @@ typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i,
 
 /* One evaluation of all pairs of the connectivity. */
 struct kith_force_pass {
-  struct kith_package *package;
-  const struct kith_kick *kick;
-  const struct kith_connectivity *connectivity;
   kith_force_packed *pack;
   kith_force_block *evaluate;                    /* of the kernel of the package */
   kith_force_copy_corrections *copy_corrections; /* NULL: particles have no corrections */
@@ -81,6 +78,9 @@ struct kith_force_pass {
   const struct kith_pairwise *edge; /* values of edges, from the start of a pair; its other end has - edge */
   bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
   /* The rest is filled by kith_force. */
+  struct kith_package *package;
+  const struct kith_connectivity *connectivity;
+  const struct kith_kick *kick;
   double *packed;         /* particles, in the memory of kith_nodes_work */
   double *ticks;          /* with block steps: last, step, next of nodes, four doubles each; or NULL: (1) of
                                * block_steps.h is the same for all pairs */
@@ -173,6 +173,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
 
 /* Packs the particles and sums the pairs: accelerations (with the external force), signal speeds, and what
  * (1) of package.h needs. */
-kith_status kith_force(struct kith_force_pass *pass);
+kith_status kith_force(struct kith_package *package, const struct kith_connectivity *connectivity,
+                       const struct kith_kick *kick, struct kith_force_pass *pass);
 
 #endif

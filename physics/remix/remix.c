@@ -225,10 +225,8 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .kernel = kith_kernel_constant(package->kernel),
       .dissipation = settings->pressure_dissipation};
-  return kith_force(&(struct kith_force_pass){.package = package,
-                                              .kick = kick,
-                                              .connectivity = connectivity,
-                                              .pack = pack,
+  return kith_force(package, connectivity, kick,
+                    &(struct kith_force_pass){.pack = pack,
                                               .copy_corrections = copy_corrections,
                                               .evaluate = pair_remix_of[package->kernel],
                                               .n_packed = REMIX_PACKED,

@@ -188,10 +188,8 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
       .own = settings->density == SPH_DENSITY_NODES,
       .kernel = kith_kernel_constant(package->kernel) / nodes->volume,
       .metric = metric};
-  return kith_force(&(struct kith_force_pass){.package = package,
-                                              .kick = kick,
-                                              .connectivity = connectivity,
-                                              .pack = pack,
+  return kith_force(package, connectivity, kick,
+                    &(struct kith_force_pass){.pack = pack,
                                               .copy_corrections = copy_corrections,
                                               .evaluate = (sph->all_terms ? pair_all_of
                                                            : sph->full    ? pair_full_of
