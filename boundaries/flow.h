@@ -26,8 +26,7 @@ struct kith_flow_settings {
   struct kith_expression *density, *pressure, *energy, *velocity[NDIM];
 };
 
-/* Flag of the nodes in the zone of b; depth of the zone; outward direction along the axis, 1 or -1; distance
- * of coordinate x outside of the face. */
+/* Flag of the nodes in the zone of b; depth of the zone; outward direction along the axis, 1 or -1. */
 static inline uint8_t kith_flow_flag(const struct kith_boundary *b) {
   return (uint8_t)(KITH_ZONE + 2 * b->axis + b->at_upper);
 }
@@ -36,9 +35,6 @@ static inline double kith_flow_deepest(const struct kith_boundary *b) {
 }
 static inline double kith_flow_outwards(const struct kith_boundary *b) {
   return b->at_upper ? 1 : -1;
-}
-static inline double kith_flow_depth(const struct kith_boundary *b, double x) {
-  return b->at_upper ? x - b->upper : b->lower - x;
 }
 
 #endif

@@ -8,8 +8,10 @@
 /* Indices of the sums. */
 enum { MASS, ENERGY, MOMENTUM, SUMS = MOMENTUM + NDIM };
 
+/* Returns how far node i is outside of the face. */
 static double depth_of(const struct kith_integrator *it, const struct kith_boundary *b, kith_index i) {
-  return kith_flow_depth(b, it->nodes->position->f64[(size_t)i * NDIM + (size_t)b->axis]);
+  const double x = it->nodes->position->f64[(size_t)i * NDIM + (size_t)b->axis];
+  return b->at_upper ? x - b->upper : b->lower - x;
 }
 
 /* Adds `sign` times mass, energy and momentum of node i to the sums. */
