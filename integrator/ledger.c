@@ -1,4 +1,4 @@
-/* The ledger: sums over ranks, its entries for the report, whether it closes. */
+/* The ledger: sums over ranks, whether it closes. */
 #include "integrator/ledger.h"
 
 #include <string.h>
@@ -39,18 +39,4 @@ bool kith_ledger_closes(const struct kith_ledger *ledger) {
   for (int r = 0; r < KITH_REBUILD_REASONS; ++r) lifecycles += ledger->because[r];
   return closes && sum.created == ledger->ghosts_created && sum.culled == ledger->ghosts_culled &&
          sum.kept == ledger->ghosts_kept && lifecycles == ledger->lifecycles;
-}
-
-bool kith_ledger_entry(const struct kith_ledger *ledger, int k, struct kith_ledger_entry *out) {
-  const struct kith_ledger_entry entries[KITH_LEDGER_ENTRIES] = {
-#define X(name, how, doc) {#name, (double)ledger->name},
-      KITH_LEDGER_LIST(X)
-#undef X
-#define X(name) {"rebuilds_because_" #name, (double)ledger->because[KITH_BECAUSE_##name]},
-          KITH_REBUILD_CAUSE_LIST(X) KITH_REBUILD_LIST(X)
-#undef X
-  };
-  if (k < 0 || k >= KITH_LEDGER_ENTRIES) return false;
-  *out = entries[k];
-  return true;
 }

@@ -48,17 +48,4 @@ struct kith_ledger kith_ledger_of_rank(const struct kith_ledger *all, const stru
  * reasons. */
 bool kith_ledger_closes(const struct kith_ledger *ledger);
 
-/* Writes entry k of the report: counters, then rebuilds_because_<reason>. False beyond the last. */
-struct kith_ledger_entry {
-  const char *name;
-  double value;
-};
-bool kith_ledger_entry(const struct kith_ledger *ledger, int k, struct kith_ledger_entry *out);
-#define X(...) +1
-enum {
-  KITH_LEDGER_COUNTERS = 0 KITH_LEDGER_LIST(X),
-  KITH_LEDGER_ENTRIES = KITH_LEDGER_COUNTERS + KITH_REBUILD_REASONS - 1
-};
-#undef X
-
 #endif

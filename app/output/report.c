@@ -38,15 +38,25 @@ static void put_sum(json_t *object, const char *key, struct kith_ranks *ranks, d
   put(object, key, number(mine));
 }
 
+/* Writes the counters, then how many lifecycles each reason has caused. */
+static void put_counters(json_t *ledger, const struct kith_ledger *l) {
+#define X(name, how, doc) put(ledger, #name, number((double)l->name));
+  KITH_LEDGER_LIST(X)
+#undef X
+#define X(name) put(ledger, "rebuilds_because_" #name, number((double)l->because[KITH_BECAUSE_##name]));
+  KITH_REBUILD_CAUSE_LIST(X)
+  KITH_REBUILD_LIST(X)
+#undef X
+}
+
 static json_t *collect_ledger(const struct kith_simulation *m) {
   struct kith_ranks *ranks = m->nodes->ranks;
   const struct kith_ledger l = kith_ledger_of_all(&m->integrator.ledger, ranks);
   const struct kith_decomposition *decomposition = m->decomposition;
   const struct kith_traffic traffic = kith_ranks_traffic(ranks);
   json_t *ledger = json_object();
-  struct kith_ledger_entry entry;
   struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
-  for (int k = 0; kith_ledger_entry(&l, k, &entry); ++k) put(ledger, entry.name, number(entry.value));
+  put_counters(ledger, &l);
   put_sum(ledger, "support_iterations", ranks, (double)m->package.support_iterations);
   put_sum(ledger, "gradient_fallbacks", ranks, (double)m->package.fallbacks);
   kith_simulation_bytes(m, bytes);
