@@ -50,8 +50,7 @@ kith_status kith_boundaries_add(struct kith_boundaries *boundaries, const struct
 
 void kith_boundaries_clear(struct kith_boundaries *boundaries) {
   for (int b = 0; b < boundaries->n; ++b) {
-    if (boundaries->boundary[b]->ops->destroy != NULL)
-      boundaries->boundary[b]->ops->destroy(boundaries->boundary[b]);
+    kith_nodes_destroy(&boundaries->boundary[b]->held);
     kith_free(&boundaries->boundary[b]);
   }
   boundaries->n = 0;
@@ -130,8 +129,7 @@ bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struc
 
 const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boundaries) {
   for (int b = 0; b < boundaries->n; ++b)
-    if (boundaries->boundary[b]->ops->held_nodes != NULL)
-      return boundaries->boundary[b]->ops->held_nodes(boundaries->boundary[b]);
+    if (boundaries->boundary[b]->held != NULL) return boundaries->boundary[b]->held;
   return NULL;
 }
 

@@ -53,12 +53,8 @@ struct kith_boundary_ops {
    * x -> sign * x + shift (false: no such image); put_back returns internal node i from outside. */
   bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
   void (*put_back)(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i);
-  void (*destroy)(struct kith_boundary *boundary); /* frees private state; NULL: none */
   /* Returns the velocity of its face along the axis, which is constant. NULL: its faces are fixed. */
   double (*face_velocity)(const void *settings);
-  /* Returns the nodes that it has taken out of the run, with the same lists and fields; borrowed. NULL: it
-   * takes none. */
-  const struct kith_nodes *(*held_nodes)(const struct kith_boundary *boundary);
   /* Properties, so that callers need not test names. */
   bool has_faces;      /* acts on sides of the domain; false: on nodes, wherever they are */
   bool mirrors;        /* an immovable mirror */
@@ -100,7 +96,8 @@ struct kith_boundary {
     double low, high, search_radius; /* of the nodes of this rank along the axis */
     bool finite;
   } range;
-  void *self; /* private; for `distributed` the halo, set by the caller, borrowed */
+  struct kith_nodes *held; /* nodes that it has taken out of the run, same lists and fields; NULL: none */
+  void *self;              /* for `distributed` the halo, set by the caller, borrowed */
 };
 
 #define KITH_BOUNDARY_LIST(X) \
@@ -149,7 +146,7 @@ double kith_boundaries_gain(const struct kith_boundaries *boundaries);
  * whose faces move. */
 bool kith_boundaries_reach(const struct kith_boundaries *boundaries, const struct kith_box *inside,
                            const struct kith_box *reach, const struct kith_box *all);
-/* Returns the nodes that a boundary has taken out of the run (at most one does), borrowed; NULL: none. */
+/* Returns the nodes that a boundary holds (at most one does), borrowed; NULL: none. */
 const struct kith_nodes *kith_boundaries_held(const struct kith_boundaries *boundaries);
 /* Moves all faces to their positions at this time; existing ghosts do not follow. */
 void kith_boundaries_move(struct kith_boundaries *boundaries, double time);

@@ -3,19 +3,9 @@
 
 #include <string.h>
 
-static const struct kith_nodes *held_nodes(const struct kith_boundary *boundary) {
-  return boundary->self;
-}
-
-static void destroy(struct kith_boundary *boundary) {
-  struct kith_nodes *held = boundary->self;
-  kith_nodes_destroy(&held);
-  boundary->self = NULL;
-}
-
 kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                const uint8_t *chosen) {
-  if (boundary->ops->held_nodes != held_nodes || boundary->self != NULL)
+  if (boundary->ops != &kith_boundary_constant || boundary->held != NULL)
     KITH_FAIL(INTERNAL, "a %s boundary takes no nodes, or has taken some", boundary->ops->name);
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (chosen[i] && nodes->id->i64[i] < 0)
@@ -30,7 +20,7 @@ kith_status kith_constant_take(struct kith_boundary *boundary, struct kith_nodes
   if (status == KITH_OK) status = kith_nodes_delete(nodes, chosen);
   if (status != KITH_OK) kith_nodes_destroy(&held);
   kith_free(&others);
-  boundary->self = held;
+  boundary->held = held;
   return status;
 }
 
@@ -46,7 +36,7 @@ static void measure(struct kith_boundary *boundary, const struct kith_nodes *nod
 }
 
 static kith_status add_list(const struct kith_boundary *boundary, struct kith_nodes *nodes, int list) {
-  const struct kith_nodes *held = boundary->self;
+  const struct kith_nodes *held = boundary->held;
   const kith_index begin = held->lists[list].first, count = held->lists[list].count;
   const struct kith_ghost_block block = {
       .kind = KITH_GHOST_FROZEN, .boundary = boundary->index, .list = list, .count = count};
@@ -66,7 +56,7 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
 
 static kith_status ghosts(struct kith_boundary *boundary, struct kith_nodes *nodes, double radius_factor) {
   (void)radius_factor; /* all frozen nodes become ghosts */
-  const struct kith_nodes *held = boundary->self;
+  const struct kith_nodes *held = boundary->held;
   if (held == NULL) return KITH_OK;
   for (int l = 0; l < held->n_lists; ++l)
     if (held->lists[l].count > 0) KITH_TRY(add_list(boundary, nodes, l));
@@ -78,6 +68,4 @@ const struct kith_boundary_ops kith_boundary_constant = {
     .doc = "chosen nodes stay as they were",
     .measure = measure,
     .ghosts = ghosts,
-    .destroy = destroy,
-    .held_nodes = held_nodes,
 };

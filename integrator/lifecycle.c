@@ -23,7 +23,7 @@ static void common_velocity(const struct kith_integrator *it, double c[NDIM]) {
   for (int b = 0; b < it->boundaries->n; ++b) {
     const struct kith_boundary *boundary = it->boundaries->boundary[b];
     for (int a = 0; a < NDIM; ++a)
-      if (boundary->ops->held_nodes != NULL ||
+      if (boundary->held != NULL ||
           (boundary->ops->has_faces && !boundary->ops->wraps && boundary->axis == a))
         c[a] = 0;
   }

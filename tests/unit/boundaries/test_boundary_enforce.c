@@ -175,7 +175,7 @@ static struct kith_nodes *freeze_some(struct kith_boundaries *all) {
     v->f64[i * NDIM] = -i;
   }
   CHECK_OK(kith_boundaries_ghosts(all, nodes, 1, NULL)); /* there are no frozen nodes yet */
-  CHECK(all->boundary[0]->ops->held_nodes(all->boundary[0]) == NULL);
+  CHECK(all->boundary[0]->held == NULL);
   CHECK_STATUS(KITH_INTERNAL, kith_constant_take(all->boundary[1], nodes, chosen));
   nodes->id->i64[3] = -1;
   CHECK_STATUS(KITH_INTERNAL, kith_constant_take(all->boundary[0], nodes, chosen));
