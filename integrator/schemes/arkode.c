@@ -197,18 +197,14 @@ static kith_status advance(struct kith_integrator *it, double *dt) {
 
 static kith_status create(struct kith_integrator *it) {
   const struct arkode_settings *settings = it->settings;
-  KITH_TRY(kith_stages_create(it, sizeof(struct arkode), &solver));
-  struct arkode *a = it->self;
-  KITH_TRY(read_table(&a->table, settings->table));
-  if (is_adaptive(it) && !a->table.estimates)
+  struct table table;
+  KITH_TRY(read_table(&table, settings->table));
+  if (is_adaptive(it) && !table.estimates)
     KITH_FAIL(BAD_INPUT, "table: it has no error estimate; give it scheme.adaptive=false");
-  it->evaluations = a->table.evaluations;
+  KITH_TRY(kith_stages_create(it, sizeof(struct arkode), table.stages + ERKSTEP_VECTORS, &solver));
+  ((struct arkode *)it->self)->table = table;
+  it->evaluations = table.evaluations;
   return KITH_OK;
-}
-
-static size_t bytes(const struct kith_integrator *it) {
-  const struct arkode *a = it->self;
-  return kith_stages_bytes(it, sizeof *a, a->table.stages + ERKSTEP_VECTORS);
 }
 
 const struct kith_scheme_ops kith_scheme_arkode = {
@@ -224,4 +220,4 @@ const struct kith_scheme_ops kith_scheme_arkode = {
     .stages = true,
     .retries = true,
     .advance = advance,
-    .bytes = bytes};
+    .bytes = kith_stages_bytes};

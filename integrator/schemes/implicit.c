@@ -116,11 +116,7 @@ static kith_status advance(struct kith_integrator *it, double *dt) {
 }
 
 static kith_status create(struct kith_integrator *it) {
-  return kith_stages_create(it, sizeof(struct implicit), &solver);
-}
-
-static size_t bytes(const struct kith_integrator *it) {
-  return kith_stages_bytes(it, sizeof(struct implicit), VECTORS + KINSOL_VECTORS + KRYLOV);
+  return kith_stages_create(it, sizeof(struct implicit), VECTORS + KINSOL_VECTORS + KRYLOV, &solver);
 }
 
 const struct kith_scheme_ops kith_scheme_implicit = {
@@ -137,4 +133,4 @@ const struct kith_scheme_ops kith_scheme_implicit = {
     .stages = true,
     .retries = true,
     .advance = advance,
-    .bytes = bytes};
+    .bytes = kith_stages_bytes};

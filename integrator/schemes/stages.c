@@ -11,7 +11,8 @@ enum { MOST_HALVINGS = 10 };
 /* Fields that a repeated step starts from: the state, its rates, the sound speed, the growth of supports. */
 enum { POSITION, SUPPORT, VELOCITY, ENERGY, ACCELERATION, ENERGY_RATE, SOUND_SPEED, DIVERGENCE };
 
-kith_status kith_stages_create(struct kith_integrator *it, size_t size, const struct kith_solver *solver) {
+kith_status kith_stages_create(struct kith_integrator *it, size_t size, int n_vectors,
+                               const struct kith_solver *solver) {
   static const char *const names[] = {"stage_built_radius", "stage_built_support", "stage_built_x",
                                       "stage_built_y", "stage_built_z"};
   static const struct kith_field_spec start[KITH_START_FIELDS] = {
@@ -28,7 +29,7 @@ kith_status kith_stages_create(struct kith_integrator *it, size_t size, const st
       it->hydro->sound_speed,  it->package->velocity_divergence};
   KITH_TRY(kith_resize(&it->self, 0, 1, size));
   struct kith_stages *s = it->self;
-  s->solver = solver;
+  s->solver = solver, s->size = size, s->n_vectors = n_vectors;
   memcpy(s->present, present, sizeof present);
   s->start[VELOCITY] = it->kick.velocity_base, s->start[ENERGY] = it->energy_base; /* all schemes have them */
   for (int k = 0; k < KITH_START_FIELDS; ++k)
@@ -57,10 +58,10 @@ static bool set_up_silently(struct kith_integrator *it) {
   return ready;
 }
 
-size_t kith_stages_bytes(const struct kith_integrator *it, size_t size, int vectors) {
+size_t kith_stages_bytes(const struct kith_integrator *it) {
   const struct kith_stages *s = it->self;
   const size_t vector = (size_t)it->nodes->n_internal * (2 * NDIM + 1) * sizeof(double);
-  return size + (s->vectors != NULL ? s->vectors->bytes : (size_t)vectors * vector);
+  return s->size + (s->vectors != NULL ? s->vectors->bytes : (size_t)s->n_vectors * vector);
 }
 
 /* Makes vectors that view the fields, and a solver, for the present number of nodes, unless they fit: some

@@ -52,6 +52,8 @@ enum { KITH_START_FIELDS = 8 };
 /* The first member of a scheme's private state (integrator->self). */
 struct kith_stages {
   const struct kith_solver *solver;
+  size_t size;                                                              /* of the private state */
+  int n_vectors;                                                            /* that the solver will make */
   struct kith_field *present[KITH_START_FIELDS], *start[KITH_START_FIELDS]; /* now; at the step's start */
   struct kith_built built;                                                  /* at the start */
   struct kith_through through;  /* what the gas gets from outside per time, at the start */
@@ -61,14 +63,14 @@ struct kith_stages {
   kith_status status;           /* of the last rates */
 };
 
-/* Creates a private state of `size` bytes. */
-kith_status kith_stages_create(struct kith_integrator *integrator, size_t size,
+/* Creates a private state of `size` bytes. n_vectors: that the solver will make. */
+kith_status kith_stages_create(struct kith_integrator *integrator, size_t size, int n_vectors,
                                const struct kith_solver *solver);
 /* Frees solver and vectors: `destroy` of the scheme. */
 void kith_stages_forget(struct kith_integrator *integrator);
-/* Returns the memory of a private state of `size` bytes and its vectors: `vectors` of them as long as none
- * are made. */
-size_t kith_stages_bytes(const struct kith_integrator *integrator, size_t size, int vectors);
+/* Returns the memory of the private state and its vectors, also before these are made: `bytes` of the
+ * scheme. */
+size_t kith_stages_bytes(const struct kith_integrator *integrator);
 /* See the top of this file. shorter: may steps that diverge be repeated, at most ten times? *dt: the step
  * wanted, then taken. Collective. */
 kith_status kith_stages_begin(struct kith_integrator *integrator);
