@@ -22,8 +22,9 @@ struct panel {
 
 struct picture {
   const struct kith_plot *plot;
-  char prefix[48];      /* of the data files */
-  const double *center; /* NULL: curves over x */
+  char prefix[48];                  /* of the data files */
+  const double *center;             /* NULL: curves over x */
+  struct kith_picture_axes axes[2]; /* of curves, of maps */
   double middle[NDIM];
   struct kith_range place;
   bool tube; /* the nodes fill a box that is long in x alone */
@@ -46,32 +47,16 @@ static void join(const struct picture *f, struct kith_range *r) {
 
 /* ---- values ---- */
 
-static struct kith_exact_state node_state(const struct kith_plot *p, kith_index i) {
-  struct kith_exact_state s = {p->nodes.density[i], {0}, p->nodes.pressure[i], p->nodes.energy[i]};
-  for (int a = 0; a < NDIM; ++a) s.velocity[a] = p->nodes.velocity[(size_t)i * NDIM + a];
-  return s;
-}
-
-static struct kith_picture_axes axes_of(const struct picture *f, const struct panel *panel) {
-  return (struct kith_picture_axes){f->plot->exact, f->center, panel->map && f->center == NULL};
-}
-
 static double field_of(const struct picture *f, const struct panel *panel, const double *x,
                        const struct kith_exact_state *s) {
-  const struct kith_picture_axes axes = axes_of(f, panel);
-  return kith_picture_value(&axes, panel->field, x, s);
-}
-
-static const char *field_label(const struct picture *f, const struct panel *panel) {
-  const struct kith_picture_axes axes = axes_of(f, panel);
-  return kith_picture_label(&axes, panel->field);
+  return kith_picture_value(&f->axes[panel->map], panel->field, x, s);
 }
 
 static double value_of(const struct picture *f, const struct panel *panel, kith_index i) {
   const struct kith_plot *p = f->plot;
   const double *x = p->nodes.position + (size_t)i * NDIM;
-  const struct kith_exact_state node = node_state(p, i);
-  struct kith_exact_state exact;
+  struct kith_exact_state node = {p->nodes.density[i], {0}, p->nodes.pressure[i], p->nodes.energy[i]}, exact;
+  for (int a = 0; a < NDIM; ++a) node.velocity[a] = p->nodes.velocity[(size_t)i * NDIM + a];
   if (!panel->error) return field_of(f, panel, x, &node);
   p->exact->state(p->solution, x, p->time, &exact);
   return field_of(f, panel, x, &node) - field_of(f, panel, x, &exact);
@@ -154,6 +139,8 @@ static void choose_places(struct picture *f) {
   if (p->exact != NULL) f->center = kith_exact_center(p->exact, p->solution);
   if (p->picture->kind == KITH_PICTURE_RADIAL && f->center == NULL) f->center = f->middle;
   if (p->picture->kind == KITH_PICTURE_PROFILE) f->center = NULL;
+  for (int map = 0; map < 2; ++map)
+    f->axes[map] = (struct kith_picture_axes){p->exact, f->center, map == 1 && f->center == NULL};
   for (kith_index i = 0; i < p->nodes.n; ++i) kith_range_include(&f->place, place_of(f, i));
   join(f, &f->place);
   if (!(f->place.lower < f->place.upper)) { /* no node, or all at one place */
@@ -188,8 +175,7 @@ static kith_status collect_nodes(struct picture *f) {
   const struct kith_profile_view *nodes = &f->plot->nodes;
   const int64_t most = KITH_MIN(f->total, (int64_t)MOST_NODES), all = KITH_MAX(f->total, 1);
   const kith_index shown = (kith_index)((f->before + nodes->n) * most / all - f->before * most / all);
-  const size_t columns = (size_t)f->n_curves + 1;
-  size_t bytes = (size_t)shown * columns * sizeof(double);
+  const size_t columns = (size_t)f->n_curves + 1, bytes = (size_t)shown * columns * sizeof(double);
   double *mine = NULL;
   const kith_status status = kith_resize(&mine, 0, (size_t)shown * columns, sizeof *mine);
   for (kith_index k = 0; k < shown && status == KITH_OK; ++k) {
@@ -344,9 +330,14 @@ static kith_status write_curve(struct picture *f, const char *directory) {
 
 /* ---- panels ---- */
 
+static void put_name(char name[96], const struct picture *f, const struct panel *panel) {
+  snprintf(name, 96, "%s%s", panel->error ? "error of the " : "",
+           kith_picture_label(&f->axes[panel->map], panel->field));
+}
+
 static void put_title(char title[96], const struct picture *f, const struct panel *panel) {
   const struct kith_norms *l = f->plot->norms;
-  snprintf(title, 96, "%s%s", panel->error ? "error of the " : "", field_label(f, panel));
+  put_name(title, f, panel);
   if (l == NULL || panel->field > KITH_PICTURE_ENERGY || panel->map) return;
   const struct kith_norm *const norm[] = {&l->density, &l->velocity, &l->pressure, &l->energy};
   kith_text_add(title, 96, ", L1 error %.3g", norm[panel->field]->l1);
@@ -381,10 +372,10 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
              vortex = p->exact != NULL && p->exact->vortex;
   const struct kith_range y = widest(panel, logarithmic);
   const char *size = f->total > 4000 ? "0.2" : NDIM > 1 ? "0.35" : "0.5";
-  char title[96], label[80];
+  char title[96], label[96];
   put_title(title, f, panel);
-  snprintf(label, sizeof label, "%s%s (code units)", panel->error ? "error of the " : "",
-           field_label(f, panel));
+  put_name(label, f, panel);
+  kith_text_add(label, sizeof label, " (code units)");
   kith_figure_panel(g, title,
                     f->center == NULL ? "x (code units)"
                     : vortex          ? "distance from the axis (code units)"
