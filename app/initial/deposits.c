@@ -7,8 +7,8 @@
 static const double tolerance = 1e-9;
 
 static double distance_from(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                            const double *x) {
-  return kith_scene_distance(scene, x, deposit->center, NULL);
+                            const struct kith_nodes *nodes, kith_index i) {
+  return kith_scene_distance(scene, nodes->position->f64 + (size_t)i * NDIM, deposit->center, NULL);
 }
 
 static double cubic_spline(double q) {
@@ -17,8 +17,7 @@ static double cubic_spline(double q) {
 }
 
 /* Returns the least distance of a gas node of any rank from the center. Sets *spacing to the spacing of this
- * node; if several are as near, to that of the node with the least id, so that their order does not matter.
- * */
+ * node; if several are as near, to that of the node with the least id: their order does not matter. */
 static double nearest(const struct kith_deposit *deposit, const struct kith_scene *scene,
                       const struct kith_hydro *hydro, double *spacing) {
   struct kith_ranks *ranks = hydro->nodes->ranks;
@@ -29,7 +28,7 @@ static double nearest(const struct kith_deposit *deposit, const struct kith_scen
   } node = {INFINITY, INT64_MAX, 0};
   for (kith_index i = 0; i < hydro->nodes->n_internal; ++i) {
     if (!kith_node_is_gas(hydro->nodes, i)) continue;
-    const double r = distance_from(deposit, scene, hydro->nodes->position->f64 + (size_t)i * NDIM);
+    const double r = distance_from(deposit, scene, hydro->nodes, i);
     const int64_t id = hydro->nodes->id->i64[i];
     if (!(r < node.r || (r == node.r && id < node.id))) continue;
     node.r = r;
@@ -48,42 +47,32 @@ static double heated_radius(const struct kith_deposit *deposit, double least, do
   return deposit->spacings * spacing * (deposit->shape == KITH_DEPOSIT_KERNEL ? 2 : 1);
 }
 
-static double weight(const struct kith_deposit *deposit, double r, double radius) {
+/* The weight of a node of gas. */
+static double weight(const struct kith_deposit *deposit, const struct kith_scene *scene,
+                     const struct kith_nodes *nodes, kith_index i, double radius) {
+  const double r = distance_from(deposit, scene, nodes, i);
   if (deposit->shape == KITH_DEPOSIT_KERNEL) return cubic_spline(2 * r / radius);
   return r <= radius * (1 + tolerance) ? 1 : 0;
 }
 
-/* Returns sum m w over the gas of all ranks. */
-static double sum_weights(const struct kith_deposit *deposit, const struct kith_scene *scene,
-                          const struct kith_hydro *hydro, double radius) {
-  const struct kith_nodes *nodes = hydro->nodes;
-  struct kith_sum sum = {0};
-  for (kith_index i = 0; i < nodes->n_internal; ++i)
-    if (kith_node_is_gas(nodes, i))
-      kith_sum_add(&sum,
-                   hydro->mass->f64[i] *
-                       weight(deposit, distance_from(deposit, scene, nodes->position->f64 + (size_t)i * NDIM),
-                              radius));
-  kith_sum_ranks(nodes->ranks, &sum, 1);
-  return kith_sum_value(&sum);
-}
-
 static kith_status add_deposit(const struct kith_deposit *deposit, const struct kith_scene *scene,
                                const struct kith_hydro *hydro) {
-  const kith_index n = hydro->nodes->n_internal;
-  const double *x = hydro->nodes->position->f64;
+  const struct kith_nodes *nodes = hydro->nodes;
   double spacing = 0;
   const double least = nearest(deposit, scene, hydro, &spacing),
-               radius = heated_radius(deposit, least, spacing),
-               sum = sum_weights(deposit, scene, hydro, radius);
-  if (!(sum > 0))
+               radius = heated_radius(deposit, least, spacing);
+  struct kith_sum sum = {0}; /* of m w over the gas of all ranks */
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (kith_node_is_gas(nodes, i))
+      kith_sum_add(&sum, hydro->mass->f64[i] * weight(deposit, scene, nodes, i, radius));
+  kith_sum_ranks(nodes->ranks, &sum, 1);
+  const double all = kith_sum_value(&sum);
+  if (!(all > 0))
     return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
                             radius, least);
-  for (kith_index i = 0; i < n; ++i)
-    if (kith_node_is_gas(hydro->nodes, i))
-      hydro->energy->f64[i] += deposit->energy *
-                               weight(deposit, distance_from(deposit, scene, x + (size_t)i * NDIM), radius) /
-                               sum;
+  for (kith_index i = 0; i < nodes->n_internal; ++i)
+    if (kith_node_is_gas(nodes, i))
+      hydro->energy->f64[i] += deposit->energy * weight(deposit, scene, nodes, i, radius) / all;
   return KITH_OK;
 }
 
