@@ -16,12 +16,10 @@ struct cell {
 
 static const struct cell cells[] = {
 #if KITH_NDIM == 1
-    [KITH_LATTICE_CUBIC... KITH_LATTICE_HCP] = {{1}, 1, {{0.5}}},
-    [KITH_LATTICE_GLASS] = {{1}, 1, {{0.5}}}, /* in 1-D a glass is at rest if evenly spaced */
+    [KITH_LATTICE_CUBIC... KITH_LATTICE_GLASS] = {{1}, 1, {{0.5}}}, /* evenly spaced, a glass is at rest */
 #elif KITH_NDIM == 2
     [KITH_LATTICE_CUBIC] = {{1, 1}, 1, {{0.5, 0.5}}},
     [KITH_LATTICE_BCC] = {{1.4142135623730950488, 1.4142135623730950488}, 2, {{0.25, 0.25}, {0.75, 0.75}}},
-    [KITH_LATTICE_FCC] = {{0}, 0, {{0}}},
     [KITH_LATTICE_HCP] = {{1.0745699318235418522, 1.8612097182041991979}, 2, {{0.25, 0.25}, {0.75, 0.75}}},
     [KITH_LATTICE_GLASS] = {{KITH_GLASS_SIDE, KITH_GLASS_SIDE}, KITH_GLASS_SITES, {{0}}},
 #else
@@ -112,7 +110,6 @@ void kith_lattice_jitter(const struct kith_lattice_fit *fit, double largest, uin
   }
 }
 
-#if KITH_NDIM > 1
 /* A strain of exp(+-angle) along two axes, or, if `between`, along the directions halfway between them. */
 struct shear {
   int axis[2];
@@ -149,12 +146,10 @@ static double sheared_sum(const struct cell *cell, enum kith_kernel kernel, doub
         }
   return sum;
 }
-#endif
 
 double kith_lattice_stiffness(enum kith_lattice kind, enum kith_kernel kernel, double neighbors) {
-  double least = INFINITY;
-#if KITH_NDIM > 1
   static const double angle = 1e-3; /* its square, 1e-6, is the error */
+  double least = INFINITY;
   const struct cell *cell = &cells[kind];
   const double support = kith_root_dim(neighbors / kith_ball());
   if (cell->n == 0 || kind == KITH_LATTICE_GLASS) return INFINITY;
@@ -166,8 +161,5 @@ double kith_lattice_stiffness(enum kith_lattice kind, enum kith_kernel kernel, d
           sum[k] = sheared_sum(cell, kernel, support, &(struct shear){{b, a}, between == 1, (k - 1) * angle});
         least = KITH_MIN(least, (sum[0] - 2 * sum[1] + sum[2]) / (angle * angle * sum[1]));
       }
-#else
-  (void)kind, (void)kernel, (void)neighbors;
-#endif
   return least;
 }
