@@ -42,9 +42,10 @@ struct model {
       *seen; /* [all nodes] their rank, -1 of frozen ones, which every rank has; last rank that needed it */
   kith_index *first, *next; /* [n_ranks], [n_internal]: lists of the nodes of each rank; -1: the end */
   /* Of a scene that is outlined: */
-  int32_t *region;  /* [cells.n] the region that fills the cell */
-  double *spacing;  /* [cells.n] spacing of its nodes */
-  double *reach;    /* [cells.n] how far from the cell its nodes need others */
+  double *site_volume; /* [regions] volume of a node */
+  int32_t *region;     /* [cells.n] the region that fills the cell */
+  double *spacing;     /* [cells.n] spacing of its nodes */
+  double *reach;       /* [cells.n] how far from the cell its nodes need others */
   double *vector;   /* [template[last]][NDIM] from nodes of the simulation to their neighbors, in spacings */
   size_t *template; /* [regions TEMPLATES + 1] where the neighbors of each such node begin in `vector` */
   double *radius;   /* [regions] search radius in spacings */
@@ -165,17 +166,16 @@ static int region_at(const struct kith_scene *scene, const double *x, kith_statu
 
 /* Adds to a cell the nodes of a volume in it, with their spacing, by the region at x. The displacement of the
  * region is evaluated at x, although it is the place after it. */
-static kith_status outline_at(struct model *o, const double *site_volume, const double *x, int64_t cell,
-                              double volume) {
+static kith_status outline_at(struct model *o, const double *x, int64_t cell, double volume) {
   double place[NDIM], stretch = 1;
   kith_status status = KITH_OK;
   const int r = region_at(o->scene, x, &status);
   if (status != KITH_OK || r < 0) return status;
   memcpy(place, x, sizeof place);
-  const double site = kith_root_dim(site_volume[r]);
+  const double site = kith_root_dim(o->site_volume[r]);
   if (kith_region_displace(&o->scene->region[r], &o->scene->domain, 1e-3 * site, place, &stretch) != KITH_OK)
     stretch = 1;
-  o->nodes[cell] += volume / (site_volume[r] * stretch);
+  o->nodes[cell] += volume / (o->site_volume[r] * stretch);
   o->region[cell] = r, o->spacing[cell] = site * kith_root_dim(stretch);
   o->reach[cell] = (o->factor * o->radius[r] - 0.5) * o->spacing[cell];
   o->widest = fmax(o->widest, o->factor * o->radius[r] * o->spacing[cell]);
@@ -183,7 +183,7 @@ static kith_status outline_at(struct model *o, const double *site_volume, const 
 }
 
 /* Outlines all cells, sampled in their middle or, if they are few, at more points. */
-static kith_status outline(struct model *o, const double *site_volume) {
+static kith_status outline(struct model *o) {
   const int per_axis = o->cells.n > 1 << 16 ? 1 : 4, samples = (int)kith_pow_dim(per_axis);
   const double neighbors = o->simulation->package.neighbors;
   double volume = 1.0 / samples;
@@ -195,7 +195,7 @@ static kith_status outline(struct model *o, const double *site_volume) {
     for (int s = 0; s < samples; ++s) {
       for (int a = 0, rest = s; a < NDIM; ++a, rest /= per_axis)
         x[a] = o->cells.lower[a] + o->cells.edge[a] * ((double)k[a] + (rest % per_axis + 0.5) / per_axis);
-      KITH_TRY(outline_at(o, site_volume, x, c, volume));
+      KITH_TRY(outline_at(o, x, c, volume));
     }
     o->work[c] = o->nodes[c] * (1 + neighbors);
   }
@@ -468,16 +468,9 @@ static kith_status predict(struct model *o, const char *partitioner, struct kith
   return take_times(o, f);
 }
 
-static kith_status check(const struct model *o) {
-  if (o->n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
-  if (o->scene->partition.recompute)
-    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
-  return KITH_OK;
-}
-
 static void clear(struct model *o) {
-  void *const owned[] = {&o->nodes,  &o->load,    &o->meets,    &o->home,   &o->owner, &o->first,
-                         &o->region, &o->spacing, &o->template, &o->vector, &o->radius};
+  void *const owned[] = {&o->nodes,  &o->load,    &o->meets,    &o->home,   &o->owner,  &o->first,
+                         &o->region, &o->spacing, &o->template, &o->vector, &o->radius, &o->site_volume};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
   kith_partition_destroy(&o->partition);
 }
@@ -485,24 +478,21 @@ static void clear(struct model *o) {
 /* Makes the cells of an outlined scene, and estimates what is in them. */
 static kith_status outline_cells(struct model *o) {
   const double neighbors = o->simulation->package.neighbors;
-  double *site_volume = NULL, sites, least = INFINITY;
+  double sites, least = INFINITY;
   bool periodic[NDIM];
   for (int a = 0; a < NDIM; ++a) periodic[a] = o->scene->period[a] > 0;
   KITH_TRY(take_templates(o));
-  KITH_TRY(kith_resize(&site_volume, 0, (size_t)o->scene->n_regions, sizeof *site_volume));
-  kith_status status = kith_initial_conditions_outline(o->scene, site_volume, &sites);
-  for (int r = 0; r < o->scene->n_regions; ++r) least = KITH_MIN(least, site_volume[r]);
-  if (status == KITH_OK)
-    status = kith_cells_init(&o->cells, o->scene->domain.lower, o->scene->domain.upper, periodic,
-                             0.5 * kith_root_dim(neighbors / kith_ball() * least),
-                             KITH_MIN((int64_t)o->scene->partition.cells * o->n_ranks, 1 << 22));
-  if (status == KITH_OK) status = allocate(o);
-  if (status == KITH_OK) status = kith_resize(&o->region, 0, (size_t)o->cells.n, sizeof *o->region);
-  if (status == KITH_OK) status = kith_resize(&o->spacing, 0, 2 * (size_t)o->cells.n, sizeof *o->spacing);
-  if (status == KITH_OK) o->reach = o->spacing + o->cells.n;
-  if (status == KITH_OK) status = outline(o, site_volume);
-  kith_free(&site_volume);
-  return status;
+  KITH_TRY(kith_resize(&o->site_volume, 0, (size_t)o->scene->n_regions, sizeof *o->site_volume));
+  KITH_TRY(kith_initial_conditions_outline(o->scene, o->site_volume, &sites));
+  for (int r = 0; r < o->scene->n_regions; ++r) least = KITH_MIN(least, o->site_volume[r]);
+  KITH_TRY(kith_cells_init(&o->cells, o->scene->domain.lower, o->scene->domain.upper, periodic,
+                           0.5 * kith_root_dim(neighbors / kith_ball() * least),
+                           KITH_MIN((int64_t)o->scene->partition.cells * o->n_ranks, 1 << 22)));
+  KITH_TRY(allocate(o));
+  KITH_TRY(kith_resize(&o->region, 0, (size_t)o->cells.n, sizeof *o->region));
+  KITH_TRY(kith_resize(&o->spacing, 0, 2 * (size_t)o->cells.n, sizeof *o->spacing));
+  o->reach = o->spacing + o->cells.n;
+  return outline(o);
 }
 
 kith_status kith_forecast_cells(const struct kith_simulation *m, int n_ranks, struct kith_cells *cells) {
@@ -515,9 +505,14 @@ kith_status kith_forecast_cells(const struct kith_simulation *m, int n_ranks, st
 kith_status kith_forecast_ranks(const struct kith_scene *scene, const struct kith_simulation *m,
                                 const struct kith_cells *cells, const struct kith_step_cost *cost,
                                 int n_ranks, const char *partitioner, struct kith_forecast *out) {
-  struct model o = {.simulation = m, .scene = scene, .cost = cost, .n_ranks = n_ranks};
-  KITH_TRY(check(&o));
-  o.factor = (m->connectivity->built.overlap ? 2 : 1) * m->nodes->longest;
+  struct model o = {.simulation = m,
+                    .scene = scene,
+                    .cost = cost,
+                    .n_ranks = n_ranks,
+                    .factor = (m->connectivity->built.overlap ? 2 : 1) * m->nodes->longest};
+  if (n_ranks > MOST_RANKS) KITH_FAIL(BAD_INPUT, "no forecast for more than %d ranks", MOST_RANKS);
+  if (scene->partition.recompute)
+    KITH_FAIL(BAD_INPUT, "partition.ghosts: there is no forecast of recompute; exchange has one");
   if (cells != NULL) o.cells = *cells;
   kith_status status = cells == NULL ? outline_cells(&o) : allocate(&o);
   if (cells != NULL && status == KITH_OK) status = fill_cells(&o);
