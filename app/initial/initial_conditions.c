@@ -56,8 +56,7 @@ struct setup {
 static kith_status fit_lattice(struct plan *plan, double spacing, double volume) {
   kith_status status = kith_lattice_fit(&plan->fit, plan->region->lattice, &plan->box, spacing);
   if (status == KITH_OK && volume > 0) status = kith_lattice_balance(&plan->fit, volume);
-  if (status != KITH_OK) return kith_config_fail(plan->region->node, NULL, "%s", kith_failure());
-  return KITH_OK;
+  return status == KITH_OK ? KITH_OK : kith_config_fail(plan->region->node, NULL, "%s", kith_failure());
 }
 
 /* Fits the lattices of all regions. Equal mass: the volume of a node in the other regions follows from the
@@ -443,34 +442,25 @@ static kith_status create_nodes(struct setup *s, struct kith_nodes **nodes) {
   return KITH_OK;
 }
 
-/* Number of sites in the regions that hold all sites of their boxes. */
-static int64_t sites_of_boxes(const struct setup *s) {
-  int64_t sites = 0;
-  for (int k = 0; k < s->scene->n_regions; ++k)
-    if (s->plan[k].region->where.inside == NULL) sites += s->plan[k].fit.sites;
-  return sites;
-}
-
-static kith_status fill_nodes(struct setup *s, int64_t total, uint8_t **frozen) {
-  KITH_TRY(kith_ranks_allreduce_status(s->ranks, append_nodes(s, total)));
-  for (int k = 0; k < s->n_plans; ++k)
-    KITH_TRY(kith_ranks_allreduce_status(s->ranks, visit_sites(s, &s->plan[k], true)));
-  s->nodes->positions += 1;
-  return kith_ranks_allreduce_status(s->ranks, flag_nodes(s, frozen));
-}
-
 static kith_status lay_out(struct setup *s, struct kith_nodes **nodes) {
+  int64_t sites = 0; /* in the regions that hold all sites of their boxes */
   KITH_TRY(kith_resize(&s->plan, 0, (size_t)KITH_MAX(s->scene->n_regions, 1) * 3, sizeof *s->plan));
   KITH_TRY(fit_lattices(s));
   KITH_TRY(add_zones(s));
   KITH_TRY(create_nodes(s, nodes));
-  return check_memory(s, sites_of_boxes(s)); /* before counting, which takes time for each site */
+  for (int k = 0; k < s->scene->n_regions; ++k)
+    if (s->plan[k].region->where.inside == NULL) sites += s->plan[k].fit.sites;
+  return check_memory(s, sites); /* before counting, which takes time for each site */
 }
 
 static kith_status build(struct setup *s, struct kith_nodes **nodes, uint8_t **frozen, int64_t *total) {
   KITH_TRY(kith_ranks_allreduce_status(s->ranks, lay_out(s, nodes)));
   KITH_TRY(count_nodes(s, total));
-  KITH_TRY(fill_nodes(s, *total, frozen));
+  KITH_TRY(kith_ranks_allreduce_status(s->ranks, append_nodes(s, *total)));
+  for (int k = 0; k < s->n_plans; ++k)
+    KITH_TRY(kith_ranks_allreduce_status(s->ranks, visit_sites(s, &s->plan[k], true)));
+  s->nodes->positions += 1;
+  KITH_TRY(kith_ranks_allreduce_status(s->ranks, flag_nodes(s, frozen)));
   return s->scene->equilibrium ? KITH_OK : kith_deposits_add(s->scene, s->hydro, 0);
 }
 
