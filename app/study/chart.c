@@ -184,19 +184,15 @@ static kith_status draw(const struct kith_study *s) {
   return kith_figure_close(&g);
 }
 
-/* Has `kith plan` check every method at its coarsest resolution. */
-static kith_status check(const struct kith_suite *s, const struct kith_programs *programs) {
-  for (int m = 0; m < s->n_methods; ++m)
-    KITH_TRY(kith_job_check(programs, &s->job[m * s->n_values], s->file, "method"));
-  return KITH_OK;
-}
-
+/* Reads the suite, and has `kith plan` check every method at its coarsest resolution. */
 static kith_status read_suite(struct kith_study *s) {
   const struct kith_options *o = s->options;
   KITH_TRY(kith_suite_read(s, o->subject));
   snprintf(s->directory, sizeof s->directory, "%s%.700s", o->directory != NULL ? "" : "out/chart/",
            o->directory != NULL ? o->directory : s->suite->name);
-  return check(s->suite, &s->programs);
+  for (int m = 0; m < s->suite->n_methods; ++m)
+    KITH_TRY(kith_job_check(&s->programs, &s->suite->job[m * s->suite->n_values], s->suite->file, "method"));
+  return KITH_OK;
 }
 
 static enum kith_exit verdict(const struct kith_study *s) {

@@ -114,13 +114,6 @@ static kith_status apply_settings(struct kith_job *job, const char *sign,
   return set_all(job, "", sign, settings);
 }
 
-static kith_status apply_overrides(struct kith_job *job, const struct kith_options *options) {
-  for (int k = 0; k < options->n_overrides; ++k)
-    if (strncmp(options->overrides[k], "dimension=", strlen("dimension=")) != 0)
-      KITH_TRY(kith_job_set(job, options->overrides[k]));
-  return KITH_OK;
-}
-
 static bool sets(const char *settings, const char *key, size_t length) {
   for (const char *s = settings; *s != '\0'; s += strcspn(s, "\n") + 1)
     if (strcspn(s, "?=") == length && strncmp(s, key, length) == 0) return true;
@@ -178,7 +171,9 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
 static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, struct kith_job *common,
                              const struct kith_config_node *methods, const char *key,
                              const struct kith_config_node *values) {
-  KITH_TRY(apply_overrides(common, c->options));
+  for (int k = 0; k < c->options->n_overrides; ++k)
+    if (strncmp(c->options->overrides[k], "dimension=", strlen("dimension=")) != 0)
+      KITH_TRY(kith_job_set(common, c->options->overrides[k]));
   if (methods != NULL) KITH_TRY(check_list(methods, method_params, KITH_SUITE_METHODS));
   KITH_TRY(check_list(values, key != NULL ? NULL : value_params, KITH_SUITE_VALUES));
   s->n_methods = methods != NULL ? methods->n : 1, s->n_values = values->n;

@@ -266,15 +266,8 @@ static void list(void) {
   kith_rows_reference();
 }
 
-/* Has `kith plan` check all rows of one's own file before any is run; those of inputs are right. */
-static kith_status check_rows(const struct validation *v, const char *file) {
-  for (const struct kith_row *row = v->rows; row < v->rows + v->n; ++row)
-    if (row->job.dimension > 0) KITH_TRY(kith_job_check(&v->programs, &row->job, file, "row"));
-  return KITH_OK;
-}
-
-/* Reads the rows of a suite: quick and full are of targets.yaml; other names are files beside it, paths
- * too. */
+/* Reads the rows of a suite: quick and full are of targets.yaml; other names are files beside it, paths too.
+ * Has `kith plan` check all rows of one's own file before any is run; those of inputs are right. */
 static kith_status read_rows(struct validation *v, const char *suite) {
   char path[PATH];
   const bool is_path = strpbrk(suite, "/.") != NULL;
@@ -297,7 +290,9 @@ static kith_status read_rows(struct validation *v, const char *suite) {
   if (!any) KITH_FAIL(BAD_INPUT, "validate: no row of %s is quick: leave out -quick", path);
   KITH_TRY(kith_resize(&v->error, 0, 2 * (size_t)v->n, sizeof *v->error));
   v->resolution = v->error + v->n;
-  return is_path ? check_rows(v, path) : KITH_OK;
+  for (const struct kith_row *row = v->rows; row < v->rows + v->n; ++row)
+    if (is_path && row->job.dimension > 0) KITH_TRY(kith_job_check(&v->programs, &row->job, path, "row"));
+  return KITH_OK;
 }
 
 static kith_status validate(struct validation *v, const char *suite, enum kith_exit *code) {
