@@ -3,6 +3,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include "app/cli/text.h"
 #include "app/output/pictures/figure.h"
 
 enum { SAMPLES = 100 };
@@ -49,17 +50,18 @@ kith_status kith_growth_draw(struct kith_growth *g, const char *directory, doubl
   snprintf(title, sizeof title, "%.150s    %d-D,  resolution %.4g", g->scene->name, NDIM,
            g->scene->resolution);
   KITH_TRY(kith_figure_open(&figure, directory, "growth", title, &layout));
-  kith_figure_panel(&figure, "amplitude of the mode", "time (code units)", "velocity (code units)", false);
-  fputs("set datafile separator ','\nplot 'growth.csv' using 2:3 with points pt 7 ps 0.5 lc rgb '#0072b2'",
-        figure.file->stream);
+  kith_figure_panel(&figure, "amplitude of the mode", "time (code units)", "velocity (code units)");
+  fputs(
+      "set logscale y\nset datafile separator ','\n"
+      "plot 'growth.csv' using 2:3 with points pt 7 ps 0.5 lc rgb '#0072b2'",
+      figure.file->stream);
   if (rate > 0)
     fprintf(figure.file->stream, ", %.9g * cosh(%.9g * x) with lines lw 2 lc rgb '#d55e00'", first, rate);
   fputc('\n', figure.file->stream);
-  const int used =
-      snprintf(entries, sizeof entries, "NaN with points pt 7 ps 0.7 lc rgb '#0072b2' title 'run'");
+  snprintf(entries, sizeof entries, "NaN with points pt 7 ps 0.7 lc rgb '#0072b2' title 'run'");
   if (rate > 0)
-    snprintf(entries + used, sizeof entries - (size_t)used,
-             ", NaN with lines lw 2 lc rgb '#d55e00' title 'linear theory, rate %.4g'", rate);
+    kith_text_add(entries, sizeof entries,
+                  ", NaN with lines lw 2 lc rgb '#d55e00' title 'linear theory, rate %.4g'", rate);
   kith_figure_legend(&figure, entries);
   return kith_figure_close(&figure);
 }

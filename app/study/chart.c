@@ -146,7 +146,8 @@ static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {
   const struct kith_suite *s = c->suite;
   const double *x = a < COSTS ? c->cost[a] : c->resolution;
   const char *last = "";
-  kith_figure_panel(g, s->measure[c->measure], labels[a], "error", true);
+  kith_figure_panel(g, s->measure[c->measure], labels[a], "error");
+  fputs("set logscale xy\n", g->file->stream);
   if (a < COSTS) kith_figure_series(g, "Pareto front", "smooth unique with lines lw 9 lc rgb '#dddddd'");
   for (int k = 0; k < c->n && a < COSTS; ++k)
     if (c->on[a][k]) kith_figure_point(g, x[k], c->error[k]);

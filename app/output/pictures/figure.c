@@ -41,8 +41,7 @@ kith_status kith_figure_open(struct kith_figure *g, const char *directory, const
   return KITH_OK;
 }
 
-void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_label, const char *y_label,
-                       bool logarithmic_x) {
+void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_label, const char *y_label) {
   FILE *f = g->file->stream;
   const char *const words[] = {title, x_label, y_label}, *const what[] = {"title", "xlabel", "ylabel"};
   const struct kith_figure_layout *l = &g->layout;
@@ -56,8 +55,7 @@ void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_l
     put_quoted(f, words[k]);
     fputc('\n', f);
   }
-  fprintf(f, "unset logscale\nset logscale %s\nset format '%%g'\nset autoscale\n",
-          logarithmic_x ? "xy" : "y");
+  fputs("unset logscale\nset format '%g'\nset autoscale\n", f);
 }
 
 void kith_figure_series(struct kith_figure *g, const char *label, const char *style, ...) {
@@ -160,10 +158,10 @@ void kith_figure_map(struct kith_figure *g, const struct kith_figure_map *map) {
                step = kith_range_tics((struct kith_range){0, longest}),
                span = (high < 0.35 * longest ? 1.6 : 1) * (colors.upper - colors.lower);
   if (g->status == KITH_OK) g->status = write_pixels(g, map);
-  kith_figure_panel(g, map->title, map->labels[0], map->labels[1], false);
+  kith_figure_panel(g, map->title, map->labels[0], map->labels[1]);
   fprintf(
       g->file->stream,
-      "unset logscale\nset size ratio -1\nset palette defined (%s)\nset cbtics %g\n"
+      "set size ratio -1\nset palette defined (%s)\nset cbtics %g\n"
       "set cbrange [%.9g:%.9g]\nset xtics %g\nset ytics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
       "plot '%s' binary array=(%d,%d) format='%%float' dx=%.9g dy=%.9g origin=(%.9g,%.9g) with image\n"
       "set size noratio\n",

@@ -59,9 +59,9 @@ double kith_range_tics(struct kith_range range);
 
 kith_status kith_figure_open(struct kith_figure *figure, const char *directory, const char *name,
                              const char *title, const struct kith_figure_layout *layout);
-/* Begins a panel, whose y is logarithmic. */
+/* Begins a panel with linear axes. */
 void kith_figure_panel(struct kith_figure *figure, const char *title, const char *x_label,
-                       const char *y_label, bool logarithmic_x);
+                       const char *y_label);
 /* Begins a series. style: as the plot command of gnuplot takes it, "with lines". The legend shows the series
  * of the first panel. */
 __attribute__((format(printf, 3, 4))) void kith_figure_series(struct kith_figure *figure, const char *label,

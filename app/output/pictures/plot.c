@@ -380,13 +380,13 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
                     f->center == NULL ? "x (code units)"
                     : vortex          ? "distance from the axis (code units)"
                                       : "distance from the center (code units)",
-                    label, false);
+                    label);
   fprintf(g->file->stream,
-          "%sset logscale y\nset xtics %g\nset ytics autofreq\n"
+          "%sset xtics %g\nset ytics autofreq\n"
           "set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n"
           "plot NaN, '%sprofile.dat' using 1:%d with points pt 7 ps %s lc rgb '%s'",
-          logarithmic ? "" : "un", kith_range_tics(f->place), f->place.lower, f->place.upper, y.lower,
-          y.upper, f->prefix, column, size, NODES);
+          logarithmic ? "set logscale y\n" : "", kith_range_tics(f->place), f->place.lower, f->place.upper,
+          y.lower, y.upper, f->prefix, column, size, NODES);
   if (p->exact != NULL)
     fprintf(g->file->stream, ", \\\n  '%sexact.dat' using 1:%d with " EXACT, f->prefix, column);
   if (NDIM > 1) fprintf(g->file->stream, ", \\\n  '%smean.dat' using 1:%d with " MEANS, f->prefix, column);

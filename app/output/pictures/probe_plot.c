@@ -157,9 +157,8 @@ static void draw_curves(struct kith_figure *g, const struct picture *f, int pane
   const int times = times_of(f);
   char label[48] = "time (code units)";
   if (f->n_edges > 0) label_of(f, f->edge[0], label);
-  kith_figure_panel(g, title, label, title, false);
-  fprintf(g->file->stream,
-          "unset logscale\nset xtics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\nplot ",
+  kith_figure_panel(g, title, label, title);
+  fprintf(g->file->stream, "set xtics %g\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\nplot ",
           kith_range_tics(f->place), f->place.lower, f->place.upper, y.lower, y.upper);
   for (int k = 0; k < times; ++k)
     fprintf(g->file->stream, "%s'%s.dat' index %d using 1:%d with linespoints pt 7 ps 0.3 lw 1.5 lc rgb '%s'",
