@@ -305,7 +305,7 @@ static kith_status bench(const struct kith_options *options, int all) {
          "rebuilds", "energy drift");
   for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p)
     KITH_TRY(bench_package(options, (*p)->name, all, 1e-9 * one, &first));
-  kith_fom_print(&first, stdout);
+  kith_fom_print(&first);
   return KITH_OK;
 }
 

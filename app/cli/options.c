@@ -158,7 +158,7 @@ static void print_option(const struct row *row, bool of_all) {
   snprintf(label, sizeof label, "  %s--%s%s%s", letter, row->name, row->argument != NULL ? " " : "",
            row->argument != NULL ? row->argument : "");
   snprintf(text, sizeof text, of_all && row->verbs != ~0u ? "%s [%s]" : "%s", row->doc, takers(row, names));
-  kith_text_wrapped(stdout, 26, label, text);
+  kith_text_wrapped(26, label, text);
 }
 
 static void print_help(const struct kith_verb *verb) {
@@ -172,7 +172,7 @@ static void print_help(const struct kith_verb *verb) {
       if (line[0] == ' ')
         puts(line);
       else
-        kith_text_wrapped(stdout, 0, "", line);
+        kith_text_wrapped(0, "", line);
     printf("\noptions:\n");
   }
   if (verb == NULL)
@@ -182,7 +182,7 @@ static void print_help(const struct kith_verb *verb) {
   for (const struct kith_verb *v = verbs; verb == NULL && v < verbs + KITH_N_VERBS; ++v) {
     char label[64];
     snprintf(label, sizeof label, "  %s %s", v->name, v->argument);
-    kith_text_wrapped(stdout, 26, label, v->doc);
+    kith_text_wrapped(26, label, v->doc);
   }
   if (verb == NULL) printf("\noptions, with the verbs that take them:\n");
   for (int k = 0; k < N_ROWS; ++k)

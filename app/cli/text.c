@@ -4,7 +4,7 @@
 #include <stdarg.h>
 #include <string.h>
 
-void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text) {
+void kith_text_wrapped(int indent, const char *label, const char *text) {
   const size_t room = (size_t)(KITH_TEXT_WIDTH - indent);
   const char *p = text;
   do {
@@ -13,7 +13,7 @@ void kith_text_wrapped(FILE *out, int indent, const char *label, const char *tex
       for (length = room; length > 0 && p[length] != ' ';) --length;
       if (length == 0) length = room; /* a word that is too long is cut */
     }
-    fprintf(out, "%-*s%.*s\n", indent, p == text ? label : "", (int)length, p);
+    printf("%-*s%.*s\n", indent, p == text ? label : "", (int)length, p);
     p += length;
     p += strspn(p, " ");
   } while (*p != '\0');
@@ -34,7 +34,7 @@ void kith_text_line(const char *label, const char *format, ...) {
   vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
   snprintf(indented, sizeof indented, "  %s", label);
-  kith_text_wrapped(stdout, 16, indented, text);
+  kith_text_wrapped(16, indented, text);
 }
 
 const char *kith_text_bytes(char text[32], double bytes) {

@@ -6,8 +6,8 @@
 
 enum { KITH_TEXT_WIDTH = 100 };
 
-/* Writes `label` at the left, and `text` behind column `indent`, wrapped there. */
-void kith_text_wrapped(FILE *out, int indent, const char *label, const char *text);
+/* Prints `label` at the left, and `text` behind column `indent`, wrapped there. */
+void kith_text_wrapped(int indent, const char *label, const char *text);
 /* Prints a line of a list of facts: two blanks, `label`, and from column 16 on the text. */
 __attribute__((format(printf, 2, 3))) void kith_text_line(const char *label, const char *format, ...);
 /* Appends to the text in an array of `size` bytes. What does not fit is cut off. */

@@ -45,7 +45,7 @@ struct kith_fom {
   double updates_per_second, per_core, pairs_per_second, bytes_per_update;
 };
 /* Prints "FOM node-updates/s = ...": the last line of run and bench. */
-void kith_fom_print(const struct kith_fom *fom, FILE *out);
+void kith_fom_print(const struct kith_fom *fom);
 
 /* Single values: kind, member, key, value, unit, doc. A value is an expression of m (simulation), it
  * (integrator), b (baseline), p (provenance), now (totals), held (frozen nodes), sum (over ranks: nodes, row

@@ -176,9 +176,9 @@ static void print_ranks_detail(json_t *detail, FILE *f) {
   }
 }
 
-void kith_fom_print(const struct kith_fom *fom, FILE *out) {
-  fprintf(out, "FOM node-updates/s = %.4g (per core %.4g, pairs/s %.4g, bytes/update %.0f)\n",
-          fom->updates_per_second, fom->per_core, fom->pairs_per_second, fom->bytes_per_update);
+void kith_fom_print(const struct kith_fom *fom) {
+  printf("FOM node-updates/s = %.4g (per core %.4g, pairs/s %.4g, bytes/update %.0f)\n",
+         fom->updates_per_second, fom->per_core, fom->pairs_per_second, fom->bytes_per_update);
 }
 
 void kith_report_print(const struct kith_report *report, bool all, FILE *out) {

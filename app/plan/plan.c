@@ -66,7 +66,7 @@ static void structure(const char *name, bool built, int digits, double amount, c
   char stored[64] = "", label[128];
   if (built) snprintf(stored, sizeof stored, "%.*f %s", digits, amount, of);
   snprintf(label, sizeof label, "    %-13s %-8s  %-17s", name, built ? "built" : "left out", stored);
-  kith_text_wrapped(stdout, 47, label, why);
+  kith_text_wrapped(47, label, why);
 }
 
 /* Entries of the first n rows: those of internal nodes, without those of ghosts. */

@@ -11,7 +11,7 @@
 static void show_forecast(const char *partitioner, kith_status status, const struct kith_forecast *f) {
   char bytes[32], seconds[32];
   if (status != KITH_OK) {
-    kith_text_wrapped(stdout, 14, "", kith_failure());
+    kith_text_wrapped(14, "", kith_failure());
     return;
   }
   printf("  %-11s %9.3f %8.0f %7.0f %6.1f %5.0f %9.0f %11s %11s %10.3f\n", partitioner, f->imbalance,

@@ -470,7 +470,7 @@ static kith_status finish(struct run *run) {
   if (!first) return KITH_OK;
   kith_report_print(report, run->options->profile, stdout);
   printf("results in %s\n", run->output.directory);
-  if (!run->stopped) kith_fom_print(&report->fom, stdout);
+  if (!run->stopped) kith_fom_print(&report->fom);
   if (run->stopped)
     fprintf(stderr, "kith: stopped; go on with the same command and --restart %s/checkpoint.kith\n",
             run->output.directory);

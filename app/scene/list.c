@@ -104,7 +104,7 @@ static void print_family(const struct family *family, bool with_params) {
     snprintf(label, sizeof label, "    %s", m.name);
     if (family->members != measures)
       kith_choices_format(m.name, label + 4, sizeof label - 4); /* measures are keys, written as they are */
-    kith_text_wrapped(stdout, 26, label, text);
+    kith_text_wrapped(26, label, text);
   }
 }
 
