@@ -162,29 +162,29 @@ static void print_option(const struct row *row, bool of_all) {
 }
 
 static void print_help(const struct kith_verb *verb) {
-  printf("usage: kith %s%s%s [OPTION]...\n\n", verb != NULL ? verb->name : "VERB",
-         verb == NULL || verb->argument[0] != '\0' ? " " : "", verb != NULL ? verb->argument : "[ARGUMENT]");
   if (verb != NULL) {
     char lines[1024], *rest = lines;
-    snprintf(lines, sizeof lines, "%s", details[verb - verbs] != NULL ? details[verb - verbs] : "");
-    printf("%s\n\n", verb->doc);
+    snprintf(lines, sizeof lines, "%s", details[verb - verbs]);
+    printf("usage: kith %s%s%s [OPTION]...\n\n%s\n\n", verb->name, verb->argument[0] != '\0' ? " " : "",
+           verb->argument, verb->doc);
     for (const char *line; (line = strsep(&rest, "\n")) != NULL;)
       if (line[0] == ' ')
         puts(line);
       else
         kith_text_wrapped(0, "", line);
     printf("\noptions:\n");
-  }
-  if (verb == NULL)
+  } else {
     printf(
+        "usage: kith VERB [ARGUMENT] [OPTION]...\n\n"
         "SPH in 1-D to 3-D that times and verifies how neighbor lists are built and kept valid.\n\n"
         "verbs:\n");
-  for (const struct kith_verb *v = verbs; verb == NULL && v < verbs + KITH_N_VERBS; ++v) {
-    char label[64];
-    snprintf(label, sizeof label, "  %s %s", v->name, v->argument);
-    kith_text_wrapped(26, label, v->doc);
+    for (const struct kith_verb *v = verbs; v < verbs + KITH_N_VERBS; ++v) {
+      char label[64];
+      snprintf(label, sizeof label, "  %s %s", v->name, v->argument);
+      kith_text_wrapped(26, label, v->doc);
+    }
+    printf("\noptions, with the verbs that take them:\n");
   }
-  if (verb == NULL) printf("\noptions, with the verbs that take them:\n");
   for (int k = 0; k < N_ROWS; ++k)
     if (verb == NULL || rows[k].verbs >> (verb - verbs) & 1) print_option(&rows[k], verb == NULL);
   printf("\nexit codes: 0 ok, 1 the run or the build failed, 2 usage or scene, 3 out of tolerance\n");
