@@ -174,14 +174,12 @@ static kith_status unite_stages(struct kith_profile *profile, struct kith_ranks 
   return kith_ranks_allreduce_status(ranks, status);
 }
 
-/* Collects the seconds of all ranks, one stage after the other: ranks may have met them in another order. */
+/* Collects the seconds of all ranks, one stage after the other: ranks have all stages by now, but may have
+ * met them in another order. */
 static kith_status spread_stages(struct kith_report *r, struct kith_ranks *ranks) {
-  int n = r->n_stages;
-  if (ranks == NULL) return KITH_OK;
-  kith_ranks_broadcast(ranks, &n, sizeof n);
-  KITH_TRY(kith_ranks_allreduce_status(ranks,
-                                       kith_resize(&r->stage_spread, 0, (size_t)n, sizeof *r->stage_spread)));
-  for (int s = 0; s < n; ++s) {
+  KITH_TRY(kith_ranks_allreduce_status(
+      ranks, kith_resize(&r->stage_spread, 0, (size_t)r->n_stages, sizeof *r->stage_spread)));
+  for (int s = 0; s < r->n_stages; ++s) {
     char path[256] = "";
     double seconds = 0;
     if (kith_ranks_rank(ranks) == 0) snprintf(path, sizeof path, "%s", r->stages[s].path);
@@ -230,7 +228,7 @@ kith_status kith_report_detail_ranks(struct kith_report *r, const struct kith_si
   if (ranks != NULL) KITH_TRY(unite_stages(m->profile, ranks));
   r->n_stages = kith_profile_stages(m->profile, &r->stages);
   r->n_counters = kith_profile_counters(m->profile, &r->counters);
-  return spread_stages(r, ranks);
+  return ranks != NULL ? spread_stages(r, ranks) : KITH_OK;
 }
 
 void kith_report_clear(struct kith_report *report) {
