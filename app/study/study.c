@@ -17,16 +17,16 @@
 #include "lib/io/atomic_file.h"
 
 kith_status kith_job_set(struct kith_job *job, const char *assignment) {
-  int *const count[] = {&job->ranks, &job->threads};
   const size_t used = strlen(job->settings), length = strlen(assignment);
-  for (int k = 0; k < 2; ++k) {
-    const char *name = k == 0 ? "ranks=" : "threads=";
+  int *count = strncmp(assignment, "ranks=", 6) == 0     ? &job->ranks
+               : strncmp(assignment, "threads=", 8) == 0 ? &job->threads
+                                                         : NULL;
+  if (count != NULL) {
     char *end;
-    if (strncmp(assignment, name, strlen(name)) != 0) continue;
-    const long value = strtol(assignment + strlen(name), &end, 10);
+    const long value = strtol(strchr(assignment, '=') + 1, &end, 10);
     if (*end != '\0' || value < 1 || value > KITH_MAX_STARTED)
       KITH_FAIL(BAD_INPUT, "%.80s: not one of 1 to %d", assignment, KITH_MAX_STARTED);
-    *count[k] = (int)value;
+    *count = (int)value;
     return KITH_OK;
   }
   if (strchr(assignment, '=') == NULL || strchr(assignment, '\n') != NULL)
