@@ -3,7 +3,6 @@
 #include "lib/core/choices.h"
 
 #include <math.h>
-#include <string.h>
 
 #define IN(member) KITH_INTO(struct kith_picture, member)
 static const struct kith_param plane_params[] = {

@@ -1,5 +1,4 @@
 /* Regions and deposits of a scene. */
-#include <string.h>
 #include "app/scene/scene_parts.h"
 #include "app/cli/text.h"
 #include "lib/core/choices.h"
