@@ -1,5 +1,5 @@
 /* run.c - a scene from start to end: steps, progress, snapshots, history, checkpoints, comparison, report,
- * picture. Of several ranks all run this; rank 0 speaks and writes.
+ * picture. Of several ranks all run this; rank 0 prints and writes.
  *
  * Exit code: 0, 1 (the run failed, and a snapshot of where it failed is in the directory; or it was stopped
  * before its end) or 2 (scene, files). */
@@ -68,7 +68,7 @@ static double cpu_seconds(void) {
   return (double)clock() / CLOCKS_PER_SEC;
 }
 
-static bool speaks(const struct run *run) {
+static bool first_rank(const struct run *run) {
   return kith_ranks_rank(run->ranks) == 0;
 }
 
@@ -82,7 +82,7 @@ static kith_status check_read(const char *trace, const char *read) {
 
 static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
-  if (speaks(run) && o->trace != NULL) { /* tests now whether it can be written, not at the end */
+  if (first_rank(run) && o->trace != NULL) { /* tests now whether it can be written, not at the end */
     struct kith_atomic_file *file;
     for (const struct kith_config *c = run->scene->config; c != NULL; c = c->base)
       KITH_TRY(check_read(o->trace, c->file));
@@ -205,7 +205,7 @@ static kith_status compare_start(struct run *run) {
   const double part = kith_norms_mismatch(&name, scene->exact.ops, scene->exact.solution,
                                           scene->n_deposits > 0, &scene->exact.window, &view);
   kith_nodes_destroy(&run->gas);
-  if (part > tolerated_mismatch && speaks(run))
+  if (part > tolerated_mismatch && first_rank(run))
     fprintf(stderr, "kith: warning: exact: the scene does not start as %s does: the %s differs by %.3g %%\n",
             scene->exact.ops->name, name, 200 * part);
   return KITH_OK;
@@ -244,7 +244,7 @@ static void draw(const struct run *run, const char *frame, const struct kith_nor
                                  .window = &run->scene->exact.window,
                                  .norms = norms};
   kith_nodes_free_work(run->simulation->nodes);
-  if (kith_plot_write(&plot, run->output.directory) != KITH_OK && speaks(run))
+  if (kith_plot_write(&plot, run->output.directory) != KITH_OK && first_rank(run))
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
 }
 
@@ -311,8 +311,8 @@ static kith_status begin(struct run *run) {
   struct kith_integrator *it = &run->simulation->integrator;
   run->first_step = it->step;
   it->summarizes = true;
-  if (speaks(run)) kith_simulation_warn(run->simulation);
-  if (speaks(run) && !run->options->quiet) warn_of_cores(run->ranks);
+  if (first_rank(run)) kith_simulation_warn(run->simulation);
+  if (first_rank(run) && !run->options->quiet) warn_of_cores(run->ranks);
   kith_status status = KITH_OK;
   if (run->restart == NULL) KITH_STAGE(status, run->profile, "comparison", compare_start(run));
   KITH_TRY(status);
@@ -383,14 +383,14 @@ static void ask(void *context, double wish[KITH_WISHES]) {
   const double now = kith_seconds(), minutes = run->scene->output.checkpoint_minutes;
   run->slowest = KITH_MAX(run->slowest, now - run->begun);
   const bool late = o->walltime > 0 && now - run->entered + 2 * run->slowest > 60 * o->walltime;
-  wish[STOP] = kith_signals_stop() || (speaks(run) && late);
-  wish[SAVE] = speaks(run) && minutes > 0 && now - run->saved > 60 * minutes;
+  wish[STOP] = kith_signals_stop() || (first_rank(run) && late);
+  wish[SAVE] = first_rank(run) && minutes > 0 && now - run->saved > 60 * minutes;
 }
 
 static kith_status steps(struct run *run) {
   struct kith_integrator *it = &run->simulation->integrator;
   run->progress = (struct progress){
-      .shown = !run->options->quiet && speaks(run), .from = it->time, .started = kith_seconds()};
+      .shown = !run->options->quiet && first_rank(run), .from = it->time, .started = kith_seconds()};
   const struct kith_traffic before = kith_ranks_traffic(run->ranks);
   if (run->progress.shown)
     fprintf(stderr, "%8s  %-12s %-11s %-14s %12s %10s %6s  %s\n", "step", "time", "dt", "limited by", "node",
@@ -444,7 +444,7 @@ static double updates(const struct run *run) {
 static kith_status finish(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   struct kith_report *report = &run->report;
-  const bool first = speaks(run);
+  const bool first = first_rank(run);
   kith_status status;
   char path[640];
   KITH_STAGE(status, run->profile, "output", write_state(run));
@@ -478,11 +478,11 @@ static kith_status finish(struct run *run) {
 }
 
 /* Prints the last failure, once. Ranks that do not know of it would wait for this one: then all end here. */
-static enum kith_exit complain(const struct run *run, enum kith_exit code) {
+static enum kith_exit print_failure(const struct run *run, enum kith_exit code) {
   const bool agreed = kith_ranks_status_is_shared(run->ranks);
   if (!agreed) fprintf(stderr, "kith: rank %d: %s\n", kith_ranks_rank(run->ranks), kith_failure());
   if (!agreed) kith_ranks_abort(run->ranks, code);
-  if (speaks(run)) fprintf(stderr, "kith: %s\n", kith_failure());
+  if (first_rank(run)) fprintf(stderr, "kith: %s\n", kith_failure());
   return code;
 }
 
@@ -509,11 +509,11 @@ static enum kith_exit fail(struct run *run, kith_status status) {
     snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
              run->output.n_snapshots - 1);
   if (where[0] != '\0') write_offenders(run, reason, nearby, sizeof nearby);
-  if (!kith_ranks_status_is_shared(run->ranks)) return complain(run, KITH_EXIT_FAILED);
+  if (!kith_ranks_status_is_shared(run->ranks)) return print_failure(run, KITH_EXIT_FAILED);
   if (run->options->trace != NULL &&
-      kith_trace_write(run->ranks, run->profile, run->options->trace) != KITH_OK && speaks(run))
+      kith_trace_write(run->ranks, run->profile, run->options->trace) != KITH_OK && first_rank(run))
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
-  if (speaks(run))
+  if (first_rank(run))
     fprintf(stderr, "kith: %s %llu, time %.9g: %s%s%s\n", writing ? "after step" : "step",
             (unsigned long long)it->step + (writing ? 0 : 1), it->time, reason, where, nearby);
   return KITH_EXIT_FAILED;
@@ -524,7 +524,7 @@ static enum kith_exit carry_out(struct run *run) {
   kith_signals_catch();
   if (status == KITH_OK) status = steps(run);
   if (status != KITH_OK) return fail(run, status);
-  if (finish(run) != KITH_OK) return complain(run, KITH_EXIT_FAILED);
+  if (finish(run) != KITH_OK) return print_failure(run, KITH_EXIT_FAILED);
   return run->stopped ? KITH_EXIT_FAILED : KITH_EXIT_OK;
 }
 
@@ -559,7 +559,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
   kith_status status = join_ranks(&run.ranks, options);
   if (status == KITH_OK) status = prepare(&run);
   const enum kith_exit refused = status == KITH_NO_MEMORY ? KITH_EXIT_FAILED : KITH_EXIT_USAGE;
-  enum kith_exit code = status == KITH_OK ? carry_out(&run) : complain(&run, refused);
+  enum kith_exit code = status == KITH_OK ? carry_out(&run) : print_failure(&run, refused);
   if (kith_output_close(&run.output) != KITH_OK && code == KITH_EXIT_OK) {
     fprintf(stderr, "kith: %s\n", kith_failure());
     code = KITH_EXIT_FAILED;
