@@ -144,10 +144,9 @@ static void take_value(const struct row *row, const char *text, struct kith_opti
 
 /* Writes "run, plan", the verbs that take an option. */
 static const char *takers(const struct row *row, char text[128]) {
-  int n = 0;
+  text[0] = '\0';
   for (int v = 0; v < KITH_N_VERBS; ++v)
-    if (row->verbs >> v & 1)
-      n += snprintf(text + n, (size_t)(128 - n), "%s%s", n > 0 ? ", " : "", verbs[v].name);
+    if (row->verbs >> v & 1) kith_text_join(text, 128, ", ", "%s", verbs[v].name);
   return text;
 }
 

@@ -27,6 +27,15 @@ void kith_text_add(char *text, size_t size, const char *format, ...) {
   va_end(arguments);
 }
 
+void kith_text_join(char *text, size_t size, const char *between, const char *format, ...) {
+  va_list arguments;
+  if (text[0] != '\0') kith_text_add(text, size, "%s", between);
+  const size_t used = strlen(text);
+  va_start(arguments, format);
+  vsnprintf(text + used, size - used, format, arguments);
+  va_end(arguments);
+}
+
 void kith_text_line(const char *label, const char *format, ...) {
   char text[2048], indented[32];
   va_list arguments;

@@ -12,6 +12,9 @@ void kith_text_wrapped(int indent, const char *label, const char *text);
 __attribute__((format(printf, 2, 3))) void kith_text_line(const char *label, const char *format, ...);
 /* Appends to the text in an array of `size` bytes. What does not fit is cut off. */
 __attribute__((format(printf, 3, 4))) void kith_text_add(char *text, size_t size, const char *format, ...);
+/* Appends an item of a list, with `between` in front unless it is the first. */
+__attribute__((format(printf, 4, 5))) void kith_text_join(char *text, size_t size, const char *between,
+                                                          const char *format, ...);
 /* Writes "4.7 MiB" and "22.7 ms"; returns `text`. */
 const char *kith_text_bytes(char text[32], double bytes);
 const char *kith_text_seconds(char text[32], double seconds);

@@ -7,7 +7,6 @@
 
 #include <math.h>
 #include <omp.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include "app/cli/text.h"
@@ -16,31 +15,16 @@
 #include "app/initial/lattice.h"
 #include "integrator/window.h"
 
-enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000 };
+enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000, TEXT = 1024 };
 static const double LEAST_PAIRS = 1e8, MOST_PAIRS = 2e8; /* pair evaluations of calibration: a few seconds */
 
-struct text {
-  char s[1024];
-};
-
-/* Appends an item to a text, `between` in front unless it is the first. */
-__attribute__((format(printf, 3, 4))) static void add(struct text *text, const char *between,
-                                                      const char *format, ...) {
-  va_list arguments;
-  if (text->s[0] != '\0') kith_text_add(text->s, sizeof text->s, "%s", between);
-  const size_t used = strlen(text->s);
-  va_start(arguments, format);
-  vsnprintf(text->s + used, sizeof text->s - used, format, arguments);
-  va_end(arguments);
-}
-
 /* Appends the parameters of a table, without its maps: "gamma 1.4, stiffness 0". */
-static void add_settings(struct text *text, const struct kith_param *params, const void *settings) {
+static void add_settings(char text[TEXT], const struct kith_param *params, const void *settings) {
   char value[64];
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
     if (p->kind == KITH_PARAM_MAP) continue;
     kith_param_format(p, settings, value, sizeof value);
-    add(text, ", ", "%s %s", p->key, value);
+    kith_text_join(text, TEXT, ", ", "%s %s", p->key, value);
   }
 }
 
@@ -50,11 +34,11 @@ static void show_materials(const struct kith_plan *plan) {
   for (int l = 0; l < nodes->n_lists; ++l) {
     const kith_index frozen = held != NULL ? held->lists[l].count : 0;
     const struct kith_material *material = &m->scene->material[l];
-    struct text eos = {""};
-    add(&eos, "", "%s", material->eos->name);
-    add_settings(&eos, material->eos->params, material->settings);
+    char eos[TEXT] = "";
+    kith_text_add(eos, TEXT, "%s", material->eos->name);
+    add_settings(eos, material->eos->params, material->settings);
     kith_text_line(l == 0 ? "materials" : "", "%-12s %9.0f nodes; %s", nodes->lists[l].name,
-                   plan->node_ratio * (nodes->lists[l].count + frozen), eos.s);
+                   plan->node_ratio * (nodes->lists[l].count + frozen), eos);
   }
   if (held != NULL)
     kith_text_line("", "%-12s %9.0f of these nodes; they never move", "frozen",
@@ -79,13 +63,13 @@ static int show_pairwise(const struct kith_plan *plan, const struct kith_pairs *
   const int n = pairs->fields != NULL ? pairs->fields->n : 0;
   for (int k = 0; k < n; ++k) {
     const struct kith_pairwise *field = &pairs->fields->field[k];
-    struct text why = {""};
+    char why[TEXT] = "";
     char size[32];
-    add(&why, "", "%s: %s",
-        kith_text_bytes(size, plan->node_ratio * (double)(field->capacity * sizeof(double))),
-        field->spec.doc);
+    kith_text_add(why, TEXT, "%s: %s",
+                  kith_text_bytes(size, plan->node_ratio * (double)(field->capacity * sizeof(double))),
+                  field->spec.doc);
     structure(field->spec.name, true, 0, field->spec.components,
-              field->spec.components > 1 ? "values a pair" : "value a pair", why.s);
+              field->spec.components > 1 ? "values a pair" : "value a pair", why);
   }
   return n;
 }
@@ -121,13 +105,13 @@ static void show_requirements(const struct kith_plan *plan) {
   struct demand demand[2 + KITH_ADDED_PACKAGES];
   const int demands = list_demands(plan, demand);
   printf("\n  connectivity: only what is required is built\n");
-#define SHOW(name, member, amount, of)                                                     \
-  {                                                                                        \
-    struct text why = {""};                                                                \
-    for (int d = 0; d < demands; ++d)                                                      \
-      if (demand[d].need.member) add(&why, ", ", "%s (%s)", demand[d].who, demand[d].why); \
-    if (why.s[0] == '\0') add(&why, "", "not requested");                                  \
-    structure(name, c->built.member, 1, amount, of, why.s);                                \
+#define SHOW(name, member, amount, of)                                                                     \
+  {                                                                                                        \
+    char why[TEXT] = "";                                                                                   \
+    for (int d = 0; d < demands; ++d)                                                                      \
+      if (demand[d].need.member) kith_text_join(why, TEXT, ", ", "%s (%s)", demand[d].who, demand[d].why); \
+    if (why[0] == '\0') kith_text_add(why, TEXT, "not requested");                                         \
+    structure(name, c->built.member, 1, amount, of, why);                                                  \
   }
   SHOW("rows", rows, entries(&c->rows, internal) / n, "a node")
   SHOW("pairs", pairs, (double)c->pairs.n / n, "a node")
@@ -149,15 +133,16 @@ static void show_lifecycle(const struct kith_plan *plan) {
   const struct kith_ledger *l = &it->ledger, *started = &plan->started;
   const double lists = fmax((double)(l->lifecycles - started->lifecycles), 1),
                scale = plan->node_ratio / plan->resolution_ratio / lists;
-  struct text text = {""};
+  char text[TEXT] = "";
   kith_text_line("search", "%s: %s", m->search->ops->name, m->search->ops->doc);
   for (int k = 0; k < m->rebuilds.n; ++k)
-    add(&text, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name, m->rebuilds.policy[k].ops->doc);
+    kith_text_join(text, TEXT, "; or ", "%s: %s", m->rebuilds.policy[k].ops->name,
+                   m->rebuilds.policy[k].ops->doc);
   kith_text_line("rebuild",
                  kith_rebuilds_lasting(&m->rebuilds)
                      ? "%s; skin %.3g of the support"
                      : "%s; %.3g of the support more, should it grow in the step",
-                 text.s, it->skin);
+                 text, it->skin);
   if (m->boundaries.n == 0)
     kith_text_line("ghosts", "none: no boundary creates any");
   else
@@ -180,7 +165,7 @@ static void show_evaluation(const struct kith_plan *plan) {
   const struct kith_stage *stage;
   const int n = kith_profile_stages(plan->profile, &stage);
   double all = 0;
-  struct text text = {""};
+  char text[TEXT] = "";
   char time[32];
   for (int pass = 0; pass < 2; ++pass)
     for (int s = 0; s < n; ++s) {
@@ -191,20 +176,21 @@ static void show_evaluation(const struct kith_plan *plan) {
         all += stage[s].seconds;
         continue;
       }
-      add(&text, ", ", "%s", stage[s].name);
-      if (calls > 1) add(&text, " ", "x %d", (int)calls);
-      add(&text, " ", "%s", kith_text_seconds(time, plan->evaluation / all * stage[s].seconds));
+      kith_text_join(text, TEXT, ", ", "%s", stage[s].name);
+      if (calls > 1) kith_text_add(text, TEXT, " x %d", (int)calls);
+      kith_text_join(text, TEXT, " ", "%s",
+                     kith_text_seconds(time, plan->evaluation / all * stage[s].seconds));
     }
-  kith_text_line("evaluation", "%s at the start: %s", kith_text_seconds(time, plan->evaluation), text.s);
+  kith_text_line("evaluation", "%s at the start: %s", kith_text_seconds(time, plan->evaluation), text);
 }
 
 /* Prints the parameters of a package, a line for each map: "viscosity   name limited, alpha 1, beta 2". */
 static void show_settings(const char *label, const struct kith_param *params, const void *settings) {
-  struct text text = {""};
+  char text[TEXT] = "";
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p)
     if (p->kind == KITH_PARAM_MAP) show_settings(p->key, p->params, settings);
-  add_settings(&text, params, settings);
-  if (text.s[0] != '\0') kith_text_line(label, "%s", text.s);
+  add_settings(text, params, settings);
+  if (text[0] != '\0') kith_text_line(label, "%s", text);
 }
 
 /* Prints whether gas at rest stays on each lattice of the scene, as where kith_lattice_stiffness() > 0, which
@@ -214,11 +200,12 @@ static void show_lattices(const struct kith_plan *plan) {
   const struct kith_package *p = &plan->simulation->package;
   double stiffness[KITH_LATTICES];
   bool used[KITH_LATTICES] = {false};
-  struct text stiff = {""};
+  char stiff[TEXT] = "";
   if (plan->simulation->nodes->stretched != NULL) return;
   for (int k = 0; k < KITH_LATTICES; ++k) {
     stiffness[k] = kith_lattice_stiffness(k, p->kernel, p->neighbors);
-    if (isfinite(stiffness[k]) && stiffness[k] > 0) add(&stiff, ", ", "%s", kith_lattice_names[k]);
+    if (isfinite(stiffness[k]) && stiffness[k] > 0)
+      kith_text_join(stiff, TEXT, ", ", "%s", kith_lattice_names[k]);
   }
   for (int r = 0; r < scene->n_regions; ++r) used[scene->region[r].lattice] = true;
   for (int k = 0; k < KITH_LATTICES; ++k) {
@@ -228,7 +215,7 @@ static void show_lattices(const struct kith_plan *plan) {
       kith_text_line("lattice", "%s: stiff under shear (%.2g), gas at rest stays", name, stiffness[k]);
     else
       kith_text_line("lattice", "%s: gives way under shear (stiffness %.2g), gas at rest moves; stiff: %s",
-                     name, stiffness[k], stiff.s[0] != '\0' ? stiff.s : "none");
+                     name, stiffness[k], stiff[0] != '\0' ? stiff : "none");
   }
 }
 

@@ -202,7 +202,7 @@ static void find_maps(const struct kith_param *params, const char *map, const ch
     char below[ROOM];
     const size_t used = strlen(maps), length = strlen(name);
     const bool told = used >= length && strcmp(maps + used - length, name) == 0;
-    if (strcmp(p->key, key) == 0 && !told) kith_text_add(maps, size, "%s%s", used > 0 ? ", " : "", name);
+    if (strcmp(p->key, key) == 0 && !told) kith_text_join(maps, size, ", ", "%s", name);
     if (p->params == NULL || p->params == last) continue; /* the three axes have the same rows */
     snprintf(below, sizeof below, "%s%s%s%s", map, map[0] != '\0' ? "." : "", p->key, entry[p->form]);
     find_maps(p->params, below, key, maps, size);
@@ -253,7 +253,7 @@ static bool list_owners(const char *key, const struct kith_param *row, kith_fami
     const struct kith_param *own = kith_params_find(family(k).params, key);
     if (own == NULL || (row != NULL && !is_alike(row, own))) continue;
     if (first < 0) first = k;
-    kith_text_add(names, size, "%s%s", k > first ? ", " : "", family(k).name);
+    kith_text_join(names, size, ", ", "%s", family(k).name);
   }
   return first == member;
 }

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+#include "app/cli/text.h"
 #include "app/initial/deposits.h"
 #include "app/initial/initial_conditions.h"
 
@@ -77,10 +78,8 @@ static kith_status make_packages(struct kith_simulation *m) {
     next = coupling;
   }
   KITH_TRY(make_package(m, &m->package, package_of(m->scene), hydro->settings, next));
-  for (const struct kith_package *p = &m->package; p != NULL; p = p->next) {
-    const size_t used = strlen(m->packages);
-    snprintf(m->packages + used, sizeof m->packages - used, "%s%s", used > 0 ? ", " : "", p->ops->name);
-  }
+  for (const struct kith_package *p = &m->package; p != NULL; p = p->next)
+    kith_text_join(m->packages, sizeof m->packages, ", ", "%s", p->ops->name);
   return KITH_OK;
 }
 

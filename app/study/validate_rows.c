@@ -149,7 +149,7 @@ static kith_status vary(struct kith_row *row, const struct kith_config_node *val
   if (used + length + 2 > sizeof row->varied || named + length + 2 > sizeof row->job.label ||
       strlen(factor) > 80)
     return kith_config_fail(value, NULL, "too much to set in one row");
-  kith_text_add(row->varied, sizeof row->varied, "%s%s", used > 0 ? " " : "", value->text);
+  kith_text_join(row->varied, sizeof row->varied, " ", "%s", value->text);
   kith_text_add(name, sizeof row->job.label, ".%s", value->text);
   for (char *c = name + named; *c != '\0'; ++c)
     if (strchr(" :,/", *c) != NULL) *c = '.';
