@@ -35,7 +35,7 @@ struct model {
   struct kith_partition *partition;
   double *nodes, *work;                      /* [cells.n] number of nodes, work */
   double *load, *ghosts[WAYS], *peers[WAYS]; /* [n_ranks] */
-  uint8_t *meets;                            /* [n_ranks][n_ranks] a bit for each way */
+  uint8_t *exchanges;                        /* [n_ranks][n_ranks] a bit for each way */
   /* Of a scene that is laid out: */
   int64_t *home; /* [n_internal] the cell of each node */
   int32_t *owner,
@@ -63,7 +63,7 @@ static const struct kith_rows *rows_of(const struct model *o) {
 
 static void add_ghost(struct model *o, enum way way, int32_t rank, int32_t of, double n) {
   o->ghosts[way][rank] += n;
-  o->meets[(size_t)rank * (size_t)o->n_ranks + (size_t)of] |= (uint8_t)(1 << way);
+  o->exchanges[(size_t)rank * (size_t)o->n_ranks + (size_t)of] |= (uint8_t)(1 << way);
 }
 
 /* ---- scenes that are laid out ---- */
@@ -295,25 +295,25 @@ static void look_around(const struct model *o, int64_t c, struct ring *ring) {
 
 /* The ranks that have a point as a ghost so far. A rank may have several mirror images of it: a code stands
  * for a rank and the axes along which its image is mirrored. */
-struct met {
+struct receivers {
   int n;
   int32_t of[RING];
 };
 
-static void meet(struct model *o, const struct ring *ring, int s, enum way way, int32_t own, double n,
-                 struct met *met) {
+static void add_receiver(struct model *o, const struct ring *ring, int s, enum way way, int32_t own, double n,
+                         struct receivers *receivers) {
   const int32_t code = ring->owner[s] * (1 << NDIM) + ring->image[s];
   if (ring->owner[s] < 0 || ring->owner[s] == own) return;
-  for (int k = 0; k < met->n; ++k)
-    if (met->of[k] == code) return;
-  met->of[met->n++] = code;
+  for (int k = 0; k < receivers->n; ++k)
+    if (receivers->of[k] == code) return;
+  receivers->of[receivers->n++] = code;
   add_ghost(o, way, ring->owner[s], own, n);
 }
 
 /* Counts a point of cell c, at t in edges, as a ghost of the ranks whose cells are within its reach or have
  * it within theirs. */
-static void meet_cells(struct model *o, const struct ring *ring, int64_t c, const double *t, double n) {
-  struct met met = {0};
+static void count_in_reach(struct model *o, const struct ring *ring, int64_t c, const double *t, double n) {
+  struct receivers receivers = {0};
   double d2[NDIM][SIDE];
   for (int a = 0; a < NDIM; ++a)
     for (int k = 0; k < ring->side; ++k) {
@@ -327,21 +327,21 @@ static void meet_cells(struct model *o, const struct ring *ring, int64_t c, cons
     const double reach = fmax(o->reach[c], ring->reach[s]);
     double sum = 0;
     for (int a = 0; a < NDIM; ++a) sum += d2[a][ring->other[m].place[a]];
-    if (sum < reach * reach) meet(o, ring, s, MADE, o->partition->owner[c], n, &met);
+    if (sum < reach * reach) add_receiver(o, ring, s, MADE, o->partition->owner[c], n, &receivers);
   }
 }
 
 /* Counts such a point as a ghost of the ranks in whose cells the neighbors of a node there would be. */
-static void meet_neighbors(struct model *o, const struct ring *ring, int64_t c, const double *t, size_t one,
-                           double n) {
-  struct met met = {0};
+static void count_in_rows(struct model *o, const struct ring *ring, int64_t c, const double *t, size_t one,
+                          double n) {
+  struct receivers receivers = {0};
   for (size_t v = o->template[one]; v < o->template[one + 1]; ++v) {
     int s = 0;
     for (int a = NDIM - 1; a >= 0; --a) {
       const int k = (int)floor(t[a] + o->vector[v * NDIM + (size_t)a] * o->spacing[c] / o->cells.edge[a]);
       s = s * ring->side + KITH_MAX(-ring->layers, KITH_MIN(ring->layers, k)) + ring->layers;
     }
-    meet(o, ring, s, KEPT, o->partition->owner[c], n, &met);
+    add_receiver(o, ring, s, KEPT, o->partition->owner[c], n, &receivers);
   }
 }
 
@@ -358,9 +358,9 @@ static void count_borders(struct model *o) {
       const int64_t number = c * samples + s;
       double t[NDIM];
       for (int a = 0; a < NDIM; ++a) t[a] = fmod((double)number * golden[a], 1);
-      meet_cells(o, &ring, c, t, o->nodes[c] / samples);
-      meet_neighbors(o, &ring, c, t, (size_t)o->region[c] * TEMPLATES + (size_t)(number % TEMPLATES),
-                     o->nodes[c] / samples);
+      count_in_reach(o, &ring, c, t, o->nodes[c] / samples);
+      count_in_rows(o, &ring, c, t, (size_t)o->region[c] * TEMPLATES + (size_t)(number % TEMPLATES),
+                    o->nodes[c] / samples);
     }
   }
 }
@@ -370,7 +370,7 @@ static void count_peers(struct model *o) {
   for (size_t r = 0; r < n; ++r)
     for (size_t q = 0; q < n; ++q)
       for (enum way way = MADE; way < WAYS; ++way)
-        o->peers[way][r] += ((o->meets[r * n + q] | o->meets[q * n + r]) >> way & 1) != 0;
+        o->peers[way][r] += ((o->exchanges[r * n + q] | o->exchanges[q * n + r]) >> way & 1) != 0;
 }
 
 /* ---- times ---- */
@@ -394,7 +394,7 @@ static kith_status measure_shells(const struct model *o, double *neighbors, doub
  * the stages that treat them as nodes. */
 static kith_status take_times(const struct model *o, struct kith_forecast *f) {
   const struct kith_step_cost *cost = o->cost;
-  const struct kith_rehearsal *say = &cost->rehearsal;
+  const struct kith_rehearsal *rehearsal = &cost->rehearsal;
   const struct kith_machine *machine = &cost->machine;
   const int n = o->n_ranks, cores = machine->cores > 0 ? KITH_MIN(n, machine->cores) : n;
   double work = 0, nodes = 0, neighbors, cells, slowest = 0, sum = 0;
@@ -404,19 +404,19 @@ static kith_status take_times(const struct model *o, struct kith_forecast *f) {
   for (int r = 0; r < n; ++r) {
     const double part = o->load[r] / work,
                  items = (part * nodes + o->ghosts[KEPT][r]) / (nodes + cost->images),
-                 messages =
-                     say->told * neighbors + say->created * o->peers[MADE][r] + say->kept * o->peers[KEPT][r],
-                 bytes = say->told_bytes * neighbors + say->cell_bytes * cells +
-                         say->created_bytes * fmax(o->ghosts[MADE][r], o->ghosts[KEPT][r]) +
-                         say->kept_bytes * o->ghosts[KEPT][r],
+                 messages = rehearsal->told * neighbors + rehearsal->created * o->peers[MADE][r] +
+                            rehearsal->kept * o->peers[KEPT][r],
+                 bytes = rehearsal->told_bytes * neighbors + rehearsal->cell_bytes * cells +
+                         rehearsal->created_bytes * fmax(o->ghosts[MADE][r], o->ghosts[KEPT][r]) +
+                         rehearsal->kept_bytes * o->ghosts[KEPT][r],
                  seconds =
                      cost->seconds * ((1 - cost->ghost_stage_part) * part + cost->ghost_stage_part * items) +
                      messages * machine->latency + bytes / machine->bandwidth;
     slowest = fmax(slowest, seconds), sum += seconds;
     f->messages += messages / n, f->bytes += bytes / n;
   }
-  f->seconds = fmax(slowest, sum / cores) + say->collectives * machine->collective * ceil(log2(n)) +
-               2 * say->balance_checks * 8 * (double)o->cells.n / machine->bandwidth;
+  f->seconds = fmax(slowest, sum / cores) + rehearsal->collectives * machine->collective * ceil(log2(n)) +
+               2 * rehearsal->balance_checks * 8 * (double)o->cells.n / machine->bandwidth;
   f->efficiency = cost->seconds / (cores * f->seconds);
   return KITH_OK;
 }
@@ -427,7 +427,7 @@ static kith_status allocate(struct model *o) {
   const size_t cells = (size_t)o->cells.n, n = (size_t)o->n_ranks;
   KITH_TRY(kith_resize(&o->nodes, 0, 2 * cells, sizeof *o->nodes));
   KITH_TRY(kith_resize(&o->load, 0, (1 + 2 * WAYS) * n, sizeof *o->load));
-  KITH_TRY(kith_resize(&o->meets, 0, n * n, 1));
+  KITH_TRY(kith_resize(&o->exchanges, 0, n * n, 1));
   o->work = o->nodes + cells;
   for (size_t way = MADE; way < WAYS; ++way)
     o->ghosts[way] = o->load + (1 + way) * n, o->peers[way] = o->load + (1 + WAYS + way) * n;
@@ -469,8 +469,8 @@ static kith_status predict(struct model *o, const char *partitioner, struct kith
 }
 
 static void clear(struct model *o) {
-  void *const owned[] = {&o->nodes,  &o->load,    &o->meets,    &o->home,   &o->owner,  &o->first,
-                         &o->region, &o->spacing, &o->template, &o->vector, &o->radius, &o->site_volume};
+  void *const owned[] = {&o->nodes,  &o->load,    &o->exchanges, &o->home,   &o->owner,  &o->first,
+                         &o->region, &o->spacing, &o->template,  &o->vector, &o->radius, &o->site_volume};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
   kith_partition_destroy(&o->partition);
 }

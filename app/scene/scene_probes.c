@@ -97,8 +97,8 @@ kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config
 
 /* Reads a material, which some region must be of: otherwise there would be no nodes to find. counted: some of
  * these must not be frozen, whose neighbors are not searched. */
-static kith_status read_party(const struct kith_scene *scene, const struct kith_config_node *node,
-                              bool counted, int *material) {
+static kith_status read_contact_material(const struct kith_scene *scene, const struct kith_config_node *node,
+                                         bool counted, int *material) {
   bool found = false;
   KITH_TRY(kith_scene_material(scene, node, material));
   for (int r = 0; r < scene->n_regions; ++r) {
@@ -119,8 +119,8 @@ kith_status kith_scene_contacts(struct kith_scene *scene, const struct kith_conf
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     struct kith_contact *contact = &scene->contact[scene->n_contacts++];
     KITH_TRY(kith_params_read(kith_contact_params, child, contact));
-    KITH_TRY(read_party(scene, kith_config_child(child, "of"), true, &contact->of));
-    KITH_TRY(read_party(scene, kith_config_child(child, "with"), false, &contact->with));
+    KITH_TRY(read_contact_material(scene, kith_config_child(child, "of"), true, &contact->of));
+    KITH_TRY(read_contact_material(scene, kith_config_child(child, "with"), false, &contact->with));
     if (contact->of == contact->with)
       return kith_config_fail(kith_config_child(child, "with"), NULL, "contacts are between two materials");
   }
