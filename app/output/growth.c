@@ -3,7 +3,6 @@
 
 #include <inttypes.h>
 #include <math.h>
-#include "app/cli/text.h"
 #include "app/output/pictures/figure.h"
 
 enum { SAMPLES = 100 };
@@ -44,7 +43,7 @@ kith_status kith_growth_draw(struct kith_growth *g, const char *directory, doubl
   static const struct kith_figure_layout layout = {1, 1, 700, 480, 34};
   const double rate = g->scene->measure.rate;
   struct kith_figure figure;
-  char title[256], entries[256];
+  char title[256];
   if (g->log.file == NULL || !g->sampled || !(first > 0)) return KITH_OK;
   KITH_TRY(kith_csv_log_close(&g->log)); /* gnuplot reads it now */
   snprintf(title, sizeof title, "%.150s    %d-D,  resolution %.4g", g->scene->name, NDIM,
@@ -58,10 +57,11 @@ kith_status kith_growth_draw(struct kith_growth *g, const char *directory, doubl
   if (rate > 0)
     fprintf(figure.file->stream, ", %.9g * cosh(%.9g * x) with lines lw 2 lc rgb '#d55e00'", first, rate);
   fputc('\n', figure.file->stream);
-  snprintf(entries, sizeof entries, "NaN with points pt 7 ps 0.7 lc rgb '#0072b2' title 'run'");
+  kith_figure_legend(&figure);
+  fputs("NaN with points pt 7 ps 0.7 lc rgb '#0072b2' title 'run'", figure.file->stream);
   if (rate > 0)
-    kith_text_add(entries, sizeof entries,
-                  ", NaN with lines lw 2 lc rgb '#d55e00' title 'linear theory, rate %.4g'", rate);
-  kith_figure_legend(&figure, entries);
+    fprintf(figure.file->stream, ", NaN with lines lw 2 lc rgb '#d55e00' title 'linear theory, rate %.4g'",
+            rate);
+  fputc('\n', figure.file->stream);
   return kith_figure_close(&figure);
 }

@@ -139,31 +139,74 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
   if (to_file) fputs("\n![error against cost](chart.png)\n", f);
 }
 
-/* Draws a panel. a: against this cost; COSTS: against resolution. */
+/* Does another code begin with this point? */
+static bool begins_code(const struct kith_suite *s, int k) {
+  return k == 0 || strcmp(s->code[k].name, s->code[k - 1].name) != 0;
+}
+
+static void begin_series(FILE *f, int n) {
+  fprintf(f, "%s$series%d << END\n", n > 0 ? "END\n" : "", n);
+}
+
+/* Writes a point of a series; returns false, and writes nothing, if it cannot be drawn. */
+static bool put_point(FILE *f, double x, double y) {
+  if (!(isfinite(x) && isfinite(y) && y > 0)) return false;
+  fprintf(f, "%.9g %.9g\n", x, y);
+  return true;
+}
+
+/* Writes how a series is drawn, for the plot command of its panel or for the legend. The style has the number
+ * of a color or symbol. */
+static void put_style(FILE *f, bool legend, int n, const char *label, const char *style, int number) {
+  if (legend)
+    fputs(n > 0 ? ", NaN " : "NaN ", f);
+  else
+    fprintf(f, ", $series%d ", n);
+  fprintf(f, style, number);
+  if (!legend) return;
+  fputs(" title ", f);
+  kith_figure_put_quoted(f, label);
+}
+
+/* Writes how all series of a panel are drawn. */
+static void put_styles(FILE *f, const struct cloud *c, int a, bool legend) {
+  const struct kith_suite *s = c->suite;
+  const char *front = "smooth unique with lines lw 9 lc rgb '#dddddd'";
+  int n = 0;
+  if (a < COSTS) put_style(f, legend, n++, "Pareto front", legend ? strstr(front, "with") : front, 0);
+  for (int m = 0; m < s->n_methods; ++m)
+    put_style(f, legend, n++, s->job[m * s->n_values].label, "with linespoints lw 1.5 lt %d", m + 1);
+  for (int k = 0; k < s->n_codes && a == 0; ++k)
+    if (begins_code(s, k))
+      put_style(f, legend, n++, s->code[k].name, "with points pt %d lc rgb '#666c75'", k + 1);
+  fputc('\n', f);
+}
+
+/* Draws a panel: the front, each method, each other code, and a dashed line at the target. a: against this
+ * cost; COSTS: against resolution. */
 static void draw_panel(struct kith_figure *g, const struct cloud *c, int a) {
   static const char *const labels[] = {"CPU-seconds", "pair evaluations",
                                        "resolution (nodes per unit length)"};
   const struct kith_suite *s = c->suite;
   const double *x = a < COSTS ? c->cost[a] : c->resolution;
-  const char *last = "";
+  FILE *f = g->file->stream;
+  int n = 0, n_points = 0;
   kith_figure_panel(g, s->measure[c->measure], labels[a], "error");
-  fputs("set logscale xy\n", g->file->stream);
-  if (a < COSTS) kith_figure_series(g, "Pareto front", "smooth unique with lines lw 9 lc rgb '#dddddd'");
+  if (a < COSTS) begin_series(f, n++);
   for (int k = 0; k < c->n && a < COSTS; ++k)
-    if (c->on[a][k]) kith_figure_point(g, x[k], c->error[k]);
+    if (c->on[a][k]) n_points += put_point(f, x[k], c->error[k]);
   for (int k = 0; k < c->n; ++k) {
-    if (k % s->n_values == 0)
-      kith_figure_series(g, s->job[k].label, "with linespoints lw 1.5 lt %d", k / s->n_values + 1);
-    kith_figure_point(g, x[k], c->error[k]);
+    if (k % s->n_values == 0) begin_series(f, n++);
+    n_points += put_point(f, x[k], c->error[k]);
   }
   for (int k = 0; k < s->n_codes && a == 0; ++k) {
-    const struct kith_reference_code *code = &s->code[k];
-    if (strcmp(code->name, last) != 0)
-      kith_figure_series(g, code->name, "with points pt %d lc rgb '#666c75'", k + 1);
-    kith_figure_point(g, code->cpu_seconds, code->norm[c->measure]);
-    last = code->name;
+    if (begins_code(s, k)) begin_series(f, n++);
+    n_points += put_point(f, s->code[k].cpu_seconds, s->code[k].norm[c->measure]);
   }
-  kith_figure_draw(g, c->target);
+  fputs("END\nset logscale xy\n", f);
+  if (n_points == 0) fputs("set xrange [1:10]\nset yrange [1:10]\n", f); /* else gnuplot would stop */
+  fprintf(f, "plot %.9g with lines dt 2 lc rgb '#666c75'", c->target);
+  put_styles(f, c, a, false);
 }
 
 static kith_status draw(const struct kith_study *s) {
@@ -182,6 +225,8 @@ static kith_status draw(const struct kith_study *s) {
     fill(&c, s, measure);
     for (int a = 0; a <= COSTS; ++a) draw_panel(&g, &c, a);
   }
+  kith_figure_legend(&g);
+  put_styles(g.file->stream, &c, 0, true);
   return kith_figure_close(&g);
 }
 

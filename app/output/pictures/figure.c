@@ -1,12 +1,7 @@
 /* figure.c - writes a script for gnuplot and has it drawn. */
 #include "app/output/pictures/figure.h"
 
-#include <stdarg.h>
-#include <stdlib.h>
-#include <string.h>
-
-/* Writes a text in single quotes; replaces the characters that would be special to gnuplot in these. */
-static void put_quoted(FILE *f, const char *text) {
+void kith_figure_put_quoted(FILE *f, const char *text) {
   fputc('\'', f);
   for (const char *s = text; *s != '\0'; ++s) fputc((unsigned char)*s < ' ' ? ' ' : *s == '\'' ? '`' : *s, f);
   fputc('\'', f);
@@ -36,7 +31,7 @@ kith_status kith_figure_open(struct kith_figure *g, const char *directory, const
           "set colorsequence podo\nset grid lt 1 lw 0.5 lc rgb '#dde1e6'\n"
           "set border 3 lc rgb '#30343a'\nset tics nomirror\nunset key\nset multiplot title ",
           name, name, name, width / 110.0, height / 110.0, name, width, height, name);
-  put_quoted(f, title);
+  kith_figure_put_quoted(f, title);
   fputs(" font 'Sans,13'\n", f);
   return KITH_OK;
 }
@@ -47,59 +42,23 @@ void kith_figure_panel(struct kith_figure *g, const char *title, const char *x_l
   const struct kith_figure_layout *l = &g->layout;
   const int row = g->n_panels / l->columns, column = g->n_panels % l->columns;
   const double height = height_of(l);
-  ++g->n_panels, g->n_series = g->n_points = 0;
+  ++g->n_panels;
   fprintf(f, "set origin %.6f,%.6f\nset size %.6f,%.6f\n", (double)column / l->columns,
           1 - (TITLE + (row + 1) * l->height) / height, 1.0 / l->columns, l->height / height);
   for (int k = 0; k < 3; ++k) {
     fprintf(f, "set %s ", what[k]);
-    put_quoted(f, words[k]);
+    kith_figure_put_quoted(f, words[k]);
     fputc('\n', f);
   }
   fputs("unset logscale\nset format '%g'\nset autoscale\n", f);
 }
 
-void kith_figure_series(struct kith_figure *g, const char *label, const char *style, ...) {
-  va_list arguments;
-  char how[160];
-  if (g->n_series == 0) g->plot = open_memstream(&g->plot_text, &g->plot_size);
-  if (g->n_series > 0) fputs("END\n", g->file->stream);
-  fprintf(g->file->stream, "$series%d << END\n", g->n_series);
-  if (g->plot == NULL) return; /* no memory: no picture */
-  va_start(arguments, style);
-  vsnprintf(how, sizeof how, style, arguments);
-  va_end(arguments);
-  fprintf(g->plot, ", $series%d %s", g->n_series++, how);
-  if (g->n_panels > 1) return;       /* the legend is of the first panel, which has all series */
-  char *with = strstr(how, "with "); /* after "smooth unique" */
-  if (g->legend == NULL) g->legend = open_memstream(&g->legend_text, &g->legend_size);
-  if (g->legend == NULL) return;
-  fprintf(g->legend, ", NaN %s title ", with != NULL ? with : how);
-  put_quoted(g->legend, label);
-}
-
-void kith_figure_point(struct kith_figure *g, double x, double y) {
-  if (!(isfinite(x) && isfinite(y) && y > 0)) return;
-  fprintf(g->file->stream, "%.9g %.9g\n", x, y);
-  ++g->n_points;
-}
-
-void kith_figure_draw(struct kith_figure *g, double level) {
-  FILE *f = g->file->stream;
-  fputs("END\n", f);
-  if (g->n_points == 0)
-    fputs("set xrange [1:10]\nset yrange [1:10]\n", f); /* gnuplot stops if there is nothing to draw */
-  if (g->plot != NULL && fclose(g->plot) == 0)
-    fprintf(f, "plot %.9g with lines dt 2 lc rgb '#666c75'%s\n", level, g->plot_text);
-  free(g->plot_text);
-  g->plot_text = NULL;
-}
-
-void kith_figure_legend(struct kith_figure *g, const char *entries) {
+void kith_figure_legend(struct kith_figure *g) {
   fprintf(g->file->stream,
           "set origin 0,0\nset size 1,%.6f\nset margins 0,0,0,0\nunset title\nunset xlabel\nunset ylabel\n"
           "unset tics\nunset grid\nunset border\nunset logscale\nset xrange [0:1]\nset yrange [0:1]\n"
-          "set key center center horizontal samplen 2.5 font 'Sans,11'\nplot %s\n",
-          (double)g->layout.legend / height_of(&g->layout), entries);
+          "set key center center horizontal samplen 2.5 font 'Sans,11'\nplot ",
+          (double)g->layout.legend / height_of(&g->layout));
 }
 
 void kith_range_include(struct kith_range *r, double value) {
@@ -171,8 +130,6 @@ void kith_figure_map(struct kith_figure *g, const struct kith_figure_map *map) {
 }
 
 kith_status kith_figure_close(struct kith_figure *g) {
-  if (g->legend != NULL && fclose(g->legend) == 0) kith_figure_legend(g, g->legend_text + 2);
-  free(g->legend_text);
   fputs("unset multiplot\nset output\n", g->file->stream);
   if (!g->png_only) fprintf(g->file->stream, "if (!pdf) reset; pdf = 1; load '%s.gp'\n", g->name);
   if (g->status != KITH_OK) kith_atomic_file_abandon(&g->file);

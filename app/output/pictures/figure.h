@@ -2,9 +2,8 @@
  * DIR/NAME.pdf.
  *
  *   kith_figure_open(&f, DIR, NAME, title, &layout);
- *   for each panel: kith_figure_panel, then for each curve kith_figure_series and its points, then
- *     kith_figure_draw;
- *   kith_figure_close(&f); */
+ *   for each panel: kith_figure_panel, then a plot command to f.file->stream, or kith_figure_map alone;
+ *   kith_figure_legend, then what `plot` takes; kith_figure_close(&f); */
 #ifndef KITH_APP_OUTPUT_PICTURES_FIGURE_H
 #define KITH_APP_OUTPUT_PICTURES_FIGURE_H
 
@@ -24,15 +23,6 @@ struct kith_figure {
   kith_status status;            /* of the pixels of maps, which are files of their own */
   bool png_only;                 /* no pdf: one of many pictures */
   int n_panels;                  /* so far */
-  /* Of the present panel: the series so far, and what its plot command will say of them. */
-  int n_series, n_points;
-  FILE *plot;
-  char *plot_text;
-  size_t plot_size;
-  /* The series of the first panel, as the plot command of the legend lists them. */
-  FILE *legend;
-  char *legend_text;
-  size_t legend_size;
 };
 
 struct kith_range {
@@ -62,18 +52,13 @@ kith_status kith_figure_open(struct kith_figure *figure, const char *directory, 
 /* Begins a panel with linear axes. */
 void kith_figure_panel(struct kith_figure *figure, const char *title, const char *x_label,
                        const char *y_label);
-/* Begins a series. style: as the plot command of gnuplot takes it, "with lines". The legend shows the series
- * of the first panel. */
-__attribute__((format(printf, 3, 4))) void kith_figure_series(struct kith_figure *figure, const char *label,
-                                                              const char *style, ...);
-/* Adds a point to the last series; left out where x or y cannot be drawn. */
-void kith_figure_point(struct kith_figure *figure, double x, double y);
-/* Ends a panel, with a dashed line across it at y = level. */
-void kith_figure_draw(struct kith_figure *figure, double level);
 /* Adds the panel of a map, and writes its pixels. kith_figure_close tells if they could not be written. */
 void kith_figure_map(struct kith_figure *figure, const struct kith_figure_map *map);
-/* Draws a legend below panels whose plot commands the caller writes. entries: what `plot` takes. */
-void kith_figure_legend(struct kith_figure *figure, const char *entries);
+/* Begins the legend below the panels: the caller writes what `plot` takes, "NaN with lines title 'run'", and
+ * ends the line. */
+void kith_figure_legend(struct kith_figure *figure);
+/* Writes a text in single quotes; replaces the characters that would be special to gnuplot in these. */
+void kith_figure_put_quoted(FILE *f, const char *text);
 /* Writes the script and runs gnuplot. A figure is no reason to lose a study: what goes wrong with gnuplot is
  * a warning on stderr. BAD_FILE if the script, or the pixels of a map, could not be written. */
 kith_status kith_figure_close(struct kith_figure *figure);

@@ -435,11 +435,10 @@ static struct kith_figure_layout layout_of(const struct picture *f) {
 }
 
 static void draw_legend(struct kith_figure *g, const struct picture *f) {
-  char entries[320];
-  snprintf(entries, sizeof entries, "NaN with points pt 7 ps 0.7 lc rgb '%s' title 'nodes'%s%s", NODES,
-           f->plot->exact != NULL ? ", NaN with " EXACT " title 'exact'" : "",
-           NDIM > 1 ? ", NaN with " MEANS " title 'means in bins'" : "");
-  kith_figure_legend(g, entries);
+  kith_figure_legend(g);
+  fprintf(g->file->stream, "NaN with points pt 7 ps 0.7 lc rgb '%s' title 'nodes'%s%s\n", NODES,
+          f->plot->exact != NULL ? ", NaN with " EXACT " title 'exact'" : "",
+          NDIM > 1 ? ", NaN with " MEANS " title 'means in bins'" : "");
 }
 
 static kith_status draw(struct picture *f, const char *directory) {

@@ -2,7 +2,6 @@
 #include "app/output/pictures/probe_plot.h"
 
 #include <math.h>
-#include "app/cli/text.h"
 #include "app/output/pictures/field.h"
 #include "app/output/pictures/figure.h"
 #include "lib/core/vec.h"
@@ -171,17 +170,16 @@ static void draw_curves(struct kith_figure *g, const struct picture *f, int pane
 
 static void draw_legend(struct kith_figure *g, const struct picture *f) {
   const int times = times_of(f);
-  char entries[640] = "";
+  FILE *out = g->file->stream;
+  kith_figure_legend(g);
   for (int k = 0; k < times; ++k) {
-    kith_text_add(entries, sizeof entries, "%sNaN with lines lw 2 lc rgb '%s' title ", k > 0 ? ", " : "",
-                  shade[TIMES - times + k]);
+    fprintf(out, "%sNaN with lines lw 2 lc rgb '%s' title ", k > 0 ? ", " : "", shade[TIMES - times + k]);
     if (f->n_edges == 0)
-      kith_text_add(entries, sizeof entries, "'run'");
+      fputs("'run'", out);
     else
-      kith_text_add(entries, sizeof entries, "'t = %.4g'", f->time[sample_of(f, k)]);
+      fprintf(out, "'t = %.4g'", f->time[sample_of(f, k)]);
   }
-  if (f->axes.exact != NULL) kith_text_add(entries, sizeof entries, ", NaN " EXACT " title 'exact'");
-  kith_figure_legend(g, entries);
+  fputs(f->axes.exact != NULL ? ", NaN " EXACT " title 'exact'\n" : "\n", out);
 }
 
 /* ---- maps ---- */
