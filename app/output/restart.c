@@ -176,15 +176,6 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   return KITH_OK;
 }
 
-/* Makes the neighbor lists as they were; the ledger and the reason of the time step limit continue. */
-static kith_status resume(struct kith_simulation *m, const struct saved *saved) {
-  struct kith_integrator *it = &m->integrator;
-  KITH_TRY(kith_integrator_resume(it, &saved->baseline.totals));
-  it->ledger = kith_ledger_of_rank(&saved->ledger, m->nodes->ranks);
-  it->timestep_limit.reason = kith_package_timestep_limit(it->package, it->cfl).reason;
-  return KITH_OK;
-}
-
 static kith_status restore_from(struct kith_output *output, const char *path, struct kith_simulation *m,
                                 struct saved *saved) {
   struct kith_checkpoint *c;
@@ -196,6 +187,7 @@ static kith_status restore_from(struct kith_output *output, const char *path, st
 
 kith_status kith_output_restore(struct kith_output *output, const char *path, struct kith_simulation *m,
                                 struct kith_conservation_baseline *baseline) {
+  struct kith_integrator *it = &m->integrator;
   struct saved saved;
   char previous[1024], why[1024];
   kith_status status = restore_from(output, path, m, &saved);
@@ -208,9 +200,12 @@ kith_status kith_output_restore(struct kith_output *output, const char *path, st
       status = kith_ranks_allreduce_status(m->nodes->ranks, kith_fail(status, "%s", why));
     if (status == KITH_OK && first_rank(m))
       fprintf(stderr, "kith: warning: %s; going on from %s, of step %llu\n", why, previous,
-              (unsigned long long)m->integrator.step);
+              (unsigned long long)it->step);
   }
   KITH_TRY(status);
   *baseline = saved.baseline;
-  return resume(m, &saved);
+  KITH_TRY(kith_integrator_resume(it, &saved.baseline.totals)); /* makes the neighbor lists as they were */
+  it->ledger = kith_ledger_of_rank(&saved.ledger, m->nodes->ranks);
+  it->timestep_limit.reason = kith_package_timestep_limit(it->package, it->cfl).reason;
+  return KITH_OK;
 }
