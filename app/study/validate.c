@@ -41,14 +41,6 @@ static const char *in_run(const struct validation *v, const char *run, const cha
   return path;
 }
 
-/* Deletes what an earlier validation left of a run: it must not pass for its results if it fails. */
-static void clear(const struct validation *v, const char *run) {
-  static const char *const files[] = {"report.json", "snapshots.hdf.series", "checkpoint.kith",
-                                      "checkpoint.kith.previous"};
-  char path[PATH];
-  for (size_t k = 0; k < sizeof files / sizeof *files; ++k) unlink(in_run(v, run, files[k], path));
-}
-
 /* Fails if a run has no results which a row needs: a report is the last that a run writes. */
 static kith_status need(const struct validation *v, const char *run) {
   char path[PATH];
@@ -56,12 +48,16 @@ static kith_status need(const struct validation *v, const char *run) {
   KITH_FAIL(BAD_FILE, "no results of row %s: its run failed, or was not wanted", run);
 }
 
+/* Runs a row. What an earlier validation left of it is deleted: it must not pass for its results if it
+ * fails. */
 static kith_status run(const struct validation *v, const struct kith_row *row) {
+  static const char *const left[] = {"report.json", "snapshots.hdf.series", "checkpoint.kith",
+                                     "checkpoint.kith.previous"};
   char out[PATH], log[PATH + 8];
   struct kith_job job = row->job;
   struct kith_job_end end = {0};
   if (job.threads == 0 && row->quick) job.threads = 1;
-  clear(v, row->job.label);
+  for (size_t k = 0; k < sizeof left / sizeof *left; ++k) unlink(in_run(v, row->job.label, left[k], out));
   if (row->restart[0] != '\0') {
     KITH_TRY(need(v, row->restart));
     in_run(v, row->restart, "checkpoint.kith", job.restart);
