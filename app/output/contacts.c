@@ -41,8 +41,14 @@ static void tally_contacts(void *context, const struct kith_neighbors *neighbors
   if (meets) kith_tally_add(tally, NODES, 1);
 }
 
-static kith_status create(struct kith_contacts *c, const struct kith_simulation *m) {
+kith_status kith_contacts_create(struct kith_contacts **out, const struct kith_simulation *m,
+                                 const char *directory, bool restarted) {
   const struct kith_scene *scene = m->scene;
+  *out = NULL;
+  if (scene->n_contacts == 0) return KITH_OK;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  struct kith_contacts *c = *out;
+  c->simulation = m;
   KITH_TRY(kith_resize(&c->list, 0, (size_t)scene->n_contacts, sizeof *c->list));
   KITH_TRY(kith_search_create(&c->search, m->search->ops, m->nodes));
   for (int k = 0; k < scene->n_contacts; ++k) {
@@ -57,18 +63,8 @@ static kith_status create(struct kith_contacts *c, const struct kith_simulation 
         .period = scene->period};
     KITH_TRY(kith_list_create(&c->list[k], &spec));
   }
-  return KITH_OK;
-}
-
-kith_status kith_contacts_create(struct kith_contacts **out, const struct kith_simulation *m,
-                                 const char *directory, bool restarted) {
-  *out = NULL;
-  if (m->scene->n_contacts == 0) return KITH_OK;
-  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
-  (*out)->simulation = m;
-  KITH_TRY(create(*out, m));
   if (kith_ranks_rank(m->nodes->ranks) != 0) return KITH_OK;
-  return kith_csv_log_open(&(*out)->table, directory, "contacts.csv",
+  return kith_csv_log_open(&c->table, directory, "contacts.csv",
                            "step,time,of,with,nodes,pairs,distance,approach,builds,why",
                            restarted ? &m->integrator.step : NULL);
 }

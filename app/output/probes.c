@@ -153,8 +153,13 @@ static kith_status open_file(struct kith_probes *p) {
   return status;
 }
 
-static kith_status create(struct kith_probes *p, const char *directory, bool restarted) {
-  const struct kith_simulation *m = p->simulation;
+kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation *m, const char *directory,
+                               bool restarted) {
+  *out = NULL;
+  if (m->scene->n_probes == 0) return KITH_OK;
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  struct kith_probes *p = *out;
+  p->simulation = m;
   KITH_TRY(kith_resize(&p->set, 0, (size_t)m->scene->n_probes, sizeof *p->set));
   KITH_TRY(kith_resize(&p->sums, 0, CHUNK, sizeof *p->sums));
   KITH_TRY(kith_resize(&p->guess, 0, CHUNK, sizeof *p->guess));
@@ -182,15 +187,6 @@ static kith_status create(struct kith_probes *p, const char *directory, bool res
     KITH_TRY(status);
   }
   return KITH_OK;
-}
-
-kith_status kith_probes_create(struct kith_probes **out, struct kith_simulation *simulation,
-                               const char *directory, bool restarted) {
-  *out = NULL;
-  if (simulation->scene->n_probes == 0) return KITH_OK;
-  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
-  (*out)->simulation = simulation;
-  return create(*out, directory, restarted);
 }
 
 kith_status kith_probes_publish(struct kith_probes *p) {
