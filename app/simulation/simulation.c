@@ -117,17 +117,13 @@ static kith_status make_boundaries(struct kith_simulation *m, const uint8_t *fro
   return KITH_OK;
 }
 
-/* Culling drops ghosts that are in no row of the packages. These rows lack excluded pairs and sleeping nodes,
- * while contacts ask all nodes for all neighbors: then ghosts are kept. */
-static bool culls(const struct kith_simulation *m) {
-  const struct kith_scene *scene = m->scene;
-  return scene->connectivity.cull && (scene->n_contacts == 0 || (m->excluders.n == 0 && !scene->follows));
-}
-
 static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, bool check) {
   const struct kith_scene *scene = m->scene;
   /* The skin of lists that are rebuilt each step only covers the change of supports within the step. */
   const double skin = kith_rebuilds_lasting(&m->rebuilds) ? 0.1 : 0.005;
+  /* Culling drops ghosts that are in no row of the packages. These rows lack excluded pairs and sleeping
+   * nodes, while contacts ask all nodes for all neighbors: then ghosts are kept. */
+  const bool needed = scene->n_contacts > 0 && (m->excluders.n > 0 || scene->follows);
   m->integrator =
       (struct kith_integrator){.nodes = m->nodes,
                                .hydro = &m->hydro,
@@ -143,7 +139,7 @@ static kith_status make_integrator(struct kith_simulation *m, int64_t n_nodes, b
                                .cfl = scene->scheme.cfl > 0 ? scene->scheme.cfl : package_of(scene)->cfl,
                                .fixed_dt = scene->scheme.dt,
                                .skin = scene->connectivity.skin >= 0 ? scene->connectivity.skin : skin,
-                               .cull = culls(m),
+                               .cull = scene->connectivity.cull && !needed,
                                .check = check,
                                .canonical = scene->reproducible,
                                .follows = scene->follows,
@@ -311,14 +307,6 @@ static kith_status check_units(const struct kith_simulation *m) {
   return KITH_OK;
 }
 
-static void choose_kernel(struct kith_simulation *m) {
-  struct kith_package *p = &m->package;
-  p->kernel = m->scene->method.kernel;
-  p->neighbors = m->scene->method.neighbors > 0
-                     ? m->scene->method.neighbors
-                     : kith_kernel_neighbors(p->kernel, package_of(m->scene)->spacings);
-}
-
 static kith_status check_settings(struct kith_simulation *m) {
   const char *rebuild = m->scene->connectivity.rebuild;
   const kith_status status = kith_rebuilds_create(&m->rebuilds, rebuild, m->scene->period);
@@ -369,7 +357,10 @@ static kith_status make(struct kith_simulation *m, struct kith_ranks *ranks, boo
   uint8_t *frozen = NULL;
   int64_t n_nodes = 0;
   KITH_TRY(kith_ranks_allreduce_status(ranks, check_settings(m)));
-  choose_kernel(m);
+  m->package.kernel = m->scene->method.kernel;
+  m->package.neighbors = m->scene->method.neighbors;
+  if (!(m->package.neighbors > 0))
+    m->package.neighbors = kith_kernel_neighbors(m->package.kernel, package_of(m->scene)->spacings);
   kith_status status = kith_initial_conditions(&m->nodes, &m->hydro, m->scene, ranks, m->package.neighbors,
                                                &frozen, m->zone, &n_nodes);
   if (status == KITH_OK) kith_hydro_evaluate_eos(&m->hydro);
