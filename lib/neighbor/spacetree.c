@@ -46,7 +46,7 @@ static bool is_scattered(const struct kith_search *search) {
 
 static void spacetree_clear(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
-  void *const owned[] = {&tree->item[0], &tree->item[1], &tree->vertex, &tree->run, &tree->id, &tree->place};
+  void *const owned[] = {&tree->item[0], &tree->item[1], &tree->vertex, &tree->run, &tree->place};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
 }
 
@@ -223,19 +223,16 @@ static kith_status list_all(struct kith_search *search) {
 
 static kith_status spacetree_update(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
-  const size_t internal = (size_t)search->n_internal, bytes = internal * sizeof *tree->id,
-               capacity = tree->items_capacity;
+  const size_t capacity = tree->items_capacity;
   KITH_TRY(kith_keyed_grow(tree->item, &tree->items_capacity, (size_t)search->n));
-  KITH_TRY(kith_reserve(&tree->id, &tree->ids_capacity, internal + 1, sizeof *tree->id));
   const bool kept = tree->items_capacity == capacity; /* new room holds no items */
-  const bool same = !choose_frame(search) && kept && tree->n_ids == search->n_internal && internal > 0 &&
-                    memcmp(tree->id, search->nodes->id->i64, bytes) == 0;
-  tree->n_ids = -1; /* until all is sorted */
+  const bool same =
+      !choose_frame(search) && kept && tree->order == search->nodes->order && search->n_internal > 0;
+  tree->order = UINT64_MAX; /* until all is sorted */
   const bool sorted = same && sort_moved(search);
   KITH_TRY(sort_all(search, sorted ? search->n_internal : 0));
   search->count[SORTS] += !sorted;
-  if (internal > 0) memcpy(tree->id, search->nodes->id->i64, bytes);
-  tree->n_ids = search->n_internal;
+  tree->order = search->nodes->order;
   return list_all(search);
 }
 
@@ -394,8 +391,7 @@ static kith_status spacetree_coarse(const struct kith_search *search, const stru
 static size_t spacetree_bytes(const struct kith_search *search) {
   const struct kith_spacetree *tree = search->self;
   return 2 * tree->items_capacity * sizeof **tree->item + tree->vertices_capacity * sizeof *tree->vertex +
-         tree->runs_capacity * sizeof *tree->run + tree->ids_capacity * sizeof *tree->id +
-         tree->places_capacity * sizeof *tree->place;
+         tree->runs_capacity * sizeof *tree->run + tree->places_capacity * sizeof *tree->place;
 }
 
 const struct kith_search_ops kith_search_spacetree = {

@@ -45,14 +45,13 @@ struct kith_spacetree {
   double per_length[KITH_SPACETREE_LEVELS]; /* cells of a level in a unit of length */
   int deepest;
   /* Sorted: items by key, then by node. contiguous: slots in this order; scattered: slots are nodes. */
-  size_t items_capacity, vertices_capacity, runs_capacity, ids_capacity, places_capacity;
+  size_t items_capacity, vertices_capacity, runs_capacity, places_capacity;
   struct kith_keyed *item[2]; /* [n]; the second one is scratch */
   struct kith_vertex *vertex; /* [n_vertices + 1] */
   struct kith_run *run;       /* vertex by vertex, ascending; in the layout contiguous one for each vertex */
   kith_index n_vertices;
   struct kith_layer layer[2 * KITH_SPACETREE_LEVELS];
-  int64_t *id; /* [n_ids] of internal nodes when they were sorted: shows whether they were reordered since */
-  kith_index n_ids;
+  uint64_t order;    /* generation of the nodes when internal ones were sorted; UINT64_MAX: they are not */
   kith_index *place; /* [n] the item of each node; valid if `placed` */
   bool placed;
 };
