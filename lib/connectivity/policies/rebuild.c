@@ -1,4 +1,4 @@
-/* The family of rebuild policies, and the OR of several. */
+/* The family of rebuild policies, those that are all said by their constant, and the OR of several. */
 #include "lib/connectivity/policies/rebuild.h"
 
 #include <string.h>
@@ -7,6 +7,15 @@
 #define X(name) &kith_rebuild_##name,
 KITH_FAMILY(kith_rebuild, KITH_REBUILD_LIST(X))
 #undef X
+
+const struct kith_rebuild_ops kith_rebuild_always = {
+    .name = "always", .doc = "every step", .covers = true, .every_step = true};
+const struct kith_rebuild_ops kith_rebuild_never = {
+    .name = "never", .doc = "only when there is nothing yet; the run stops when the lists could miss a pair"};
+const struct kith_rebuild_ops kith_rebuild_displacement = {
+    .name = "displacement",
+    .doc = "nodes moved, or supports grew, so far that the lists could miss a pair",
+    .covers = true};
 
 const char *kith_rebuild_reason_name(enum kith_rebuild_reason reason) {
 #define X(name) #name,

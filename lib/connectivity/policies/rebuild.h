@@ -1,9 +1,5 @@
-/* rebuild.h - when ghosts, searches and connectivity are rebuilt: a family of policies, joined by OR.
- *
- *   always         at every step
- *   never          only when there is nothing yet
- *   entity-change  nodes were added, deleted or reordered: the sequence of ids and lists differs
- *   displacement   Verlet lists with a skin: rebuilt when they could miss a pair (policies/cover.h)
+/* rebuild.h - when ghosts, searches and connectivity are rebuilt: a family of policies (`kith list rebuild`),
+ * joined by OR. With `displacement` the lists are Verlet lists with a skin (policies/cover.h).
  *
  * A member is a file in policies/ and an entry of KITH_REBUILD_LIST; the enum of reasons, the ledger and its
  * report are sized by that list. Where no policy of an OR promises that the lists hold every significant pair
