@@ -36,16 +36,10 @@ void kith_entries_sort(kith_index *node, uint16_t *shift, size_t n) {
   }
 }
 
-static bool ascending(const uint64_t *key, size_t n) {
-  for (size_t k = 1; k < n; ++k)
-    if (key[k] < key[k - 1]) return false;
-  return true;
-}
-
 /* Where the ascending sequence that begins at `from` ends. */
 static size_t ascent(const uint64_t *key, size_t from, size_t n) {
   size_t k = from + 1;
-  while (k < n && key[k] > key[k - 1]) ++k;
+  while (k < n && key[k] >= key[k - 1]) ++k;
   return KITH_MIN(k, n);
 }
 
@@ -62,7 +56,7 @@ static void merge(const uint64_t *a, const uint64_t *a_end, const uint64_t *b, c
 
 /* A natural merge sort: in each round two ascending sequences that follow one another become one. */
 uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n) {
-  while (!ascending(key, n)) {
+  while (ascent(key, 0, n) < n) {
     for (size_t from = 0; from < n;) {
       const size_t middle = ascent(key, from, n);
       const size_t to = middle < n ? ascent(key, middle, n) : n;
