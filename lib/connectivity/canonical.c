@@ -68,26 +68,21 @@ static kith_status sort_rows(const struct kith_rows *rows, const struct kith_nod
   return kith_traverse(rows->n, sort_chunk, &sort, 6, (kith_rows_longest(rows) + 1) / 2, NULL);
 }
 
-/* rank[i]: how many nodes and ghosts of this process come before i, by id and then by image. */
-static kith_status find_ranks(const struct kith_nodes *nodes, uint32_t *rank, uint64_t *id,
-                              struct kith_keyed *scratch, kith_index *order) {
-  const size_t n = (size_t)kith_nodes_count(nodes);
-#pragma omp parallel for schedule(static)
-  for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
-  KITH_TRY(kith_sfc_key_sort(n, id, nodes->image->i64, scratch, order));
-#pragma omp parallel for schedule(static)
-  for (size_t k = 0; k < n; ++k) rank[order[k]] = (uint32_t)k;
-  return KITH_OK;
-}
-
+/* Sorts all rows by rank[i]: how many nodes and ghosts of this process come before i, by id and then by
+ * image. */
 static kith_status sort_all(struct kith_connectivity *c, const struct kith_nodes *nodes) {
   const size_t n = (size_t)kith_nodes_count(nodes);
-  uint64_t *id = NULL; /* and behind it the order and the ranks */
+  uint64_t *id = NULL; /* and behind it `order` and `rank` */
   struct kith_keyed *scratch;
   KITH_TRY(kith_nodes_work(nodes, 2 * n * sizeof *scratch, &scratch));
   KITH_TRY(kith_resize(&id, 0, 2 * n, sizeof *id));
-  uint32_t *rank = (uint32_t *)(id + n) + n;
-  kith_status status = find_ranks(nodes, rank, id, scratch, (kith_index *)(id + n));
+  kith_index *order = (kith_index *)(id + n);
+  uint32_t *rank = (uint32_t *)(order + n);
+#pragma omp parallel for schedule(static)
+  for (size_t i = 0; i < n; ++i) id[i] = (uint64_t)nodes->id->i64[i] ^ (UINT64_C(1) << 63); /* as signed */
+  kith_status status = kith_sfc_key_sort(n, id, nodes->image->i64, scratch, order);
+#pragma omp parallel for schedule(static)
+  for (size_t k = 0; k < n; ++k) rank[order[k]] = (uint32_t)k;
   if (status == KITH_OK) status = sort_rows(&c->rows, nodes, rank);
   if (status == KITH_OK && c->built.overlap) status = sort_rows(&c->overlap, nodes, rank);
   kith_free(&id);
