@@ -8,9 +8,9 @@
  * candidates, with bit 32 set if idle nodes are among them, and the slots of the targets. Arrays follow. */
 struct kith_record {
   struct kith_run slots; /* of the targets */
-  int n, words;          /* how many candidates; how many words have a bit for each */
-  kith_index *node;      /* [n] the candidates */
-  uint16_t *shift;       /* [n] which images they are; only if there are shifts */
+  int words;             /* how many words have a bit for each candidate */
+  kith_index *node;      /* the candidates */
+  uint16_t *shift;       /* which images they are; only if there are shifts */
   uint64_t *idle;        /* [words] which of them are idle; NULL: none is */
   uint64_t *hit;         /* [targets][words] which of them are neighbors of each target */
 };
@@ -24,7 +24,6 @@ static inline struct kith_record kith_record_at(const struct kith_build *build, 
   const bool idle = word[0] >> 32 != 0;
   uint64_t *hit = word + kith_record_head(build, n, idle);
   return (struct kith_record){{(kith_index)(word[1] >> 32), (kith_index)(word[1] & 0xffffffffu)},
-                              (int)n,
                               (int)words,
                               (kith_index *)(word + 2),
                               (uint16_t *)(word + 2 + (n + 1) / 2),
