@@ -49,8 +49,8 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
   *out = NULL;
   if (n_lists < 1 || n_lists > KITH_MAX_LISTS)
     KITH_FAIL(BAD_INPUT, "%d node lists: allowed are 1 to %d", n_lists, KITH_MAX_LISTS);
-  struct kith_nodes *nodes = NULL;
-  KITH_TRY(kith_resize(&nodes, 0, 1, sizeof *nodes));
+  KITH_TRY(kith_resize(out, 0, 1, sizeof **out));
+  struct kith_nodes *nodes = *out;
   nodes->n_lists = n_lists;
   kith_shifts_drop(&nodes->shifts);
   for (int a = 0; a < NDIM; ++a) nodes->stretch[a] = 1;
@@ -59,12 +59,8 @@ kith_status kith_nodes_create(struct kith_nodes **out, int n_lists, const char *
     snprintf(nodes->lists[l].name, sizeof nodes->lists[l].name, "%s", names[l]);
   kith_status status = kith_resize(&nodes->work, 0, 1, sizeof *nodes->work);
   if (status == KITH_OK) status = register_standing(nodes);
-  if (status != KITH_OK) {
-    kith_nodes_destroy(&nodes);
-    return status;
-  }
-  *out = nodes;
-  return KITH_OK;
+  if (status != KITH_OK) kith_nodes_destroy(out);
+  return status;
 }
 
 static kith_status copy_fields(struct kith_nodes *copy, const struct kith_nodes *nodes, bool all_fields) {
