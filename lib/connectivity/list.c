@@ -234,12 +234,10 @@ kith_status kith_list_current(const struct kith_list *l) {
 
 /* --- iteration --- */
 
-static void begin_tally(struct kith_tally *tally, const struct kith_reducer *reducer, int n) {
-  tally->reducer = reducer;
-  for (int k = 0; k < n; ++k) {
-    memset(&tally->sum[k], 0, sizeof tally->sum[k]);
-    tally->extreme[k] = reducer[k].kind == KITH_LEAST ? INFINITY : -INFINITY;
-  }
+static struct kith_tally empty_tally(const struct kith_reducer *reducer, int n) {
+  struct kith_tally tally = {.reducer = reducer};
+  for (int k = 0; k < n; ++k) tally.extreme[k] = reducer[k].kind == KITH_LEAST ? INFINITY : -INFINITY;
+  return tally;
 }
 
 static void join_tally(struct kith_tally *to, const struct kith_tally *from, int n) {
@@ -266,9 +264,8 @@ static kith_status visit_targets(const struct kith_list *l, kith_list_visit visi
   bool failed = false;
 #pragma omp parallel reduction(|| : failed) if (l->n_targets > KITH_FEW)
   {
-    struct kith_tally mine;
+    struct kith_tally mine = empty_tally(all->reducer, n);
     kith_index *space = NULL;
-    begin_tally(&mine, all->reducer, n);
     failed = kith_resize(&space, 0, l->stored.longest + 1, sizeof *space) != KITH_OK;
 #pragma omp for schedule(dynamic, 64)
     for (kith_index t = 0; t < l->n_targets; ++t) {
@@ -289,9 +286,8 @@ static kith_status visit_targets(const struct kith_list *l, kith_list_visit visi
 kith_status kith_list_visit_all(const struct kith_list *l, kith_list_visit visit, void *context,
                                 struct kith_reducer *reducer, int n) {
   struct kith_ranks *ranks = l->spec.sources.nodes->ranks;
-  struct kith_tally all;
   if (n > KITH_MAX_REDUCERS) KITH_FAIL(BAD_INPUT, "%d reducers: at most %d", n, KITH_MAX_REDUCERS);
-  begin_tally(&all, reducer, n);
+  struct kith_tally all = empty_tally(reducer, n);
   kith_status status = kith_list_current(l);
   if (status == KITH_OK) status = visit_targets(l, visit, context, &all, n);
   KITH_TRY(n > 0 ? kith_ranks_allreduce_status(ranks, status) : status);
