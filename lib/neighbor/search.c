@@ -19,10 +19,6 @@ KITH_FAMILY(kith_search, KITH_SEARCH_LIST(X))
 
 /* Creation. */
 
-static void mark_stale(struct kith_search *search) {
-  search->positions = search->ghosts = UINT64_MAX;
-}
-
 kith_status kith_search_create(struct kith_search **out, const struct kith_search_ops *ops,
                                const struct kith_nodes *nodes) {
   *out = NULL;
@@ -32,7 +28,7 @@ kith_status kith_search_create(struct kith_search **out, const struct kith_searc
   search->ops = ops;
   search->nodes = nodes;
   search->radius = nodes->search_radius;
-  mark_stale(search);
+  search->ghosts = UINT64_MAX; /* stale */
   const kith_status status =
       ops->state_size > 0 ? kith_resize(&search->self, 0, 1, ops->state_size) : KITH_OK;
   if (status != KITH_OK) kith_free(out);
@@ -85,7 +81,7 @@ static void stamp(struct kith_search *search) {
 }
 
 kith_status kith_search_update(struct kith_search *search) {
-  mark_stale(search);
+  search->ghosts = UINT64_MAX;
   search->n = search->n_internal = search->n_groups = 0;
   search->in_order = false;
   memset(search->count, 0, sizeof search->count);
@@ -105,7 +101,7 @@ kith_status kith_search_update_selected(struct kith_search *search, const kith_i
       (present->n_ghost > 0 && search->ghosts != present->ghosts))
     KITH_FAIL(STALE, "nodes were added, removed or reordered since the last update of the %s search",
               search->ops->name);
-  mark_stale(search);
+  search->ghosts = UINT64_MAX;
   memset(search->count, 0, sizeof search->count);
   search->n = kith_nodes_count(present);
   while (search->n_groups > 0 && search->group[search->n_groups - 1].first >= search->n) --search->n_groups;
