@@ -22,41 +22,32 @@ enum { GROUP_SIZE = 32, GROUP_SLOTS = 4 * GROUP_SIZE }; /* the slots of its targ
 
 /* --- groups --- */
 
-/* Targets, the active nodes of a run of slots: how many, their box, their largest search radius. */
+/* Targets, the active nodes of a run of slots: how many, their box, and how far from it neighbors may lie. */
 struct group {
   struct kith_run run;
   kith_index targets;
-  struct kith_box box;
-  double radius, radius2;
+  struct kith_extent extent;
 };
-
-/* How far from the box of a group neighbors may lie, for cutoffs other than the radii of the targets. */
-static double reach(const struct kith_build *build, double radius) {
-  if (build->cutoff == KITH_CUTOFF_number) return build->number;
-  return sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (radius + build->number); /* of boxes */
-}
 
 static struct group group_of(const struct kith_build *build, kith_index first, kith_index count) {
   const struct kith_search *search = build->targets->search;
-  const double *restrict own = search->radius->f64, *restrict own2 = search->radius2, *c[NDIM];
+  const double *restrict own = search->radius->f64, *c[NDIM];
   const kith_index *restrict node = search->node;
   const bool all = kith_build_all_targets(build);
   for (int a = 0; a < NDIM; ++a) c[a] = search->coordinate[a];
-  struct kith_box box = kith_box_empty();
-  double radius = 0, radius2 = 0;
+  struct kith_extent extent = {kith_box_empty(), 0};
   kith_index targets = 0;
   for (kith_index slot = first; slot < first + count; ++slot) {
     double x[NDIM];
     if (!all && !kith_build_is_target(build, node[slot])) continue;
     for (int a = 0; a < NDIM; ++a) x[a] = c[a][slot];
-    kith_box_include(&box, x);
+    kith_extent_include(&extent, x, own[node[slot]]);
     ++targets;
-    radius = KITH_MAX(radius, own[node[slot]]);
-    radius2 = KITH_MAX(radius2, own2[slot]);
   }
-  if (build->cutoff == KITH_CUTOFF_number || build->cutoff == KITH_CUTOFF_boxes)
-    radius = reach(build, radius), radius2 = radius * radius;
-  return (struct group){{first, count}, targets, box, radius, radius2};
+  if (build->cutoff == KITH_CUTOFF_number) extent.radius = build->number;
+  if (build->cutoff == KITH_CUTOFF_boxes)
+    extent.radius = sqrt(NDIM) * (1 + KITH_SEARCH_SLACK) * (extent.radius + build->number);
+  return (struct group){{first, count}, targets, extent};
 }
 
 /* Joins b to a if it follows in the slots and lies close by, which it does not where the curve jumps: the
@@ -64,13 +55,8 @@ static struct group group_of(const struct kith_build *build, kith_index first, k
 static bool join(struct group *a, const struct group *b) {
   const kith_index slots = b->run.first + b->run.count - a->run.first;
   if (slots > GROUP_SLOTS || a->targets + b->targets > GROUP_SIZE) return false;
-  struct group both = {.run = {a->run.first, slots}, .targets = a->targets + b->targets, .box = a->box};
-  kith_box_join(&both.box, &b->box);
-  both.radius = KITH_MAX(a->radius, b->radius);
-  both.radius2 = KITH_MAX(a->radius2, b->radius2);
-  const double larger = KITH_MAX(kith_box_volume(&a->box, a->radius), kith_box_volume(&b->box, b->radius));
-  if (!(kith_box_volume(&both.box, both.radius) <= 1.5 * larger)) return false;
-  *a = both;
+  if (!kith_extent_join(&a->extent, &b->extent, 1.5)) return false;
+  a->run.count = slots, a->targets += b->targets;
   return true;
 }
 
@@ -93,6 +79,7 @@ static bool is_source(const struct kith_build *build, kith_index node, bool idle
 static kith_status pack_in_order(struct kith_worker *worker, const struct kith_search *search,
                                  const struct group *group, int *first_run) {
   struct kith_packed *near = &worker->near;
+  const double radius2 = group->extent.radius * group->extent.radius;
   size_t all = KITH_PACKED_ROOM;
   for (int r = 0; r < worker->runs.n; ++r) all += (size_t)worker->runs.run[r].count;
   KITH_TRY(kith_packed_reserve(near, (size_t)near->n + all));
@@ -100,7 +87,7 @@ static kith_status pack_in_order(struct kith_worker *worker, const struct kith_s
     struct kith_run *run = &worker->runs.run[*first_run];
     const kith_index internal = KITH_MIN(run->count, search->n_internal - run->first);
     if (internal > 0)
-      kith_packed_add(near, search, (struct kith_run){run->first, internal}, &group->box, group->radius2);
+      kith_packed_add(near, search, (struct kith_run){run->first, internal}, &group->extent.box, radius2);
     if (internal == run->count) continue;
     if (internal > 0) *run = (struct kith_run){search->n_internal, run->count - internal};
     break;
@@ -114,13 +101,14 @@ static kith_status pack_in_order(struct kith_worker *worker, const struct kith_s
 static kith_status collect(struct kith_worker *worker, const struct kith_build *build,
                            const struct group *group, int first_run, uint64_t *key[3], size_t n[2]) {
   const struct kith_search *search = build->search;
+  const double radius2 = group->extent.radius * group->extent.radius;
   size_t all = 0, within = 0;
   for (int r = first_run; r < worker->runs.n; ++r) all += (size_t)worker->runs.run[r].count;
   KITH_TRY(kith_reserve(&worker->key, &worker->key_capacity, 3 * all, sizeof *worker->key));
   for (int k = 0; k < 3; ++k) key[k] = worker->key + (size_t)k * all;
   kith_index *slot = (kith_index *)key[2];
   for (int r = first_run; r < worker->runs.n; ++r)
-    within += kith_box_slots(search, worker->runs.run[r], &group->box, group->radius2, slot + within);
+    within += kith_box_slots(search, worker->runs.run[r], &group->extent.box, radius2, slot + within);
   const bool idle = serves_idle(build, group);
   if (build->column != NULL || idle) {
     const size_t all_within = within;
@@ -181,7 +169,8 @@ static kith_status add_candidates(struct kith_worker *worker, const struct kith_
   size_t n[2];
   int first_run = 0;
   worker->runs.n = 0;
-  KITH_TRY(search->ops->coarse(search, &group->box, group->radius, modes[build->cutoff], &worker->runs));
+  KITH_TRY(search->ops->coarse(search, &group->extent.box, group->extent.radius, modes[build->cutoff],
+                               &worker->runs));
   if (search->in_order && build->column == NULL && !serves_idle(build, group)) {
     KITH_TRY(pack_in_order(worker, search, group, &first_run));
     const size_t end = (size_t)near->n;
@@ -205,14 +194,15 @@ static kith_status add_candidates(struct kith_worker *worker, const struct kith_
 
 /* Moves the group by minus shift s, so that sources are as far from it as their images s are from the group.
  * Are any near? The box is widened by more than rounding. */
-static bool sees_image(const struct kith_build *build, struct group *group, int s) {
+static bool sees_image(const struct kith_build *build, struct kith_extent *group, int s) {
+  struct kith_box *box = &group->box;
   for (int a = 0; a < NDIM; ++a) {
     const double by = kith_build_shift(build, s, a),
-                 slack = 1e-14 * (fabs(group->box.lower[a]) + fabs(group->box.upper[a]) + fabs(by));
-    group->box.lower[a] -= by + slack, group->box.upper[a] -= by - slack;
+                 slack = 1e-14 * (fabs(box->lower[a]) + fabs(box->upper[a]) + fabs(by));
+    box->lower[a] -= by + slack, box->upper[a] -= by - slack;
   }
-  return kith_box_near(&group->box, &build->all,
-                       KITH_MAX(group->radius, build->widest) * (1 + KITH_SEARCH_SLACK));
+  return kith_box_near(box, &build->all.box,
+                       KITH_MAX(group->radius, build->all.radius) * (1 + KITH_SEARCH_SLACK));
 }
 
 /* Finds all candidates of the group. Those of each shift start at a new word. self[m]: the position of target
@@ -224,7 +214,7 @@ static kith_status candidates(struct kith_worker *worker, const struct kith_buil
   if (build->shifts == NULL) return add_candidates(worker, build, group, 0, self);
   for (int s = 0; s < build->shifts->n; ++s) {
     struct group seen = *group;
-    if (s != build->shifts->zero && !sees_image(build, &seen, s)) continue;
+    if (s != build->shifts->zero && !sees_image(build, &seen.extent, s)) continue;
     KITH_TRY(add_candidates(worker, build, &seen, s, self));
     worker->near.n = 64 * worker->near.words;
   }
@@ -401,15 +391,14 @@ static void enclose_idle(const struct kith_build *build) {
   for (int c = 0; c < KITH_ROW_CHUNKS; ++c) {
     const int start = kith_part_start(search->n_groups, c, KITH_ROW_CHUNKS),
               stop = kith_part_start(search->n_groups, c + 1, KITH_ROW_CHUNKS);
-    struct kith_idle idle = {kith_box_empty(), 0};
+    struct kith_extent idle = {kith_box_empty(), 0};
     for (int g = start; g < stop; ++g)
       for (kith_index k = 0; k < search->group[g].count; ++k) {
         const kith_index slot = search->group[g].first + k, i = search->node[slot];
         double x[NDIM];
         if (i >= build->nodes->n_internal || kith_node_active(build->nodes, i)) continue;
         for (int a = 0; a < NDIM; ++a) x[a] = search->coordinate[a][slot];
-        kith_box_include(&idle.box, x);
-        idle.radius = KITH_MAX(idle.radius, search->radius->f64[i]);
+        kith_extent_include(&idle, x, search->radius->f64[i]);
       }
     build->scratch->idle[c] = idle;
   }
@@ -420,9 +409,9 @@ static bool idle_near(const struct kith_build *build, const struct group *group)
   if (!build->selected) return false;
   bool near = build->nodes->n_ghost == 0 || build->shifts != NULL;
   for (int c = 0; c < KITH_ROW_CHUNKS && !near; ++c) {
-    const struct kith_idle *idle = &build->scratch->idle[c];
-    const double radius = (1 + KITH_SEARCH_SLACK) * KITH_MAX(group->radius, idle->radius);
-    near = kith_box_near(&group->box, &idle->box, radius);
+    const struct kith_extent *idle = &build->scratch->idle[c], *mine = &group->extent;
+    near =
+        kith_box_near(&mine->box, &idle->box, (1 + KITH_SEARCH_SLACK) * KITH_MAX(mine->radius, idle->radius));
   }
   return near;
 }

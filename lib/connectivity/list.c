@@ -86,8 +86,8 @@ kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kit
       .unsorted = spec->unsorted};
   if (spec->targets.nodes != spec->sources.nodes || build->nodes->shifts.n == 1) return KITH_OK;
   build->shifts = &build->nodes->shifts;
-  build->all = kith_box_around(build->search->position->f64, build->search->n);
-  build->widest = kith_search_largest_radius(build->search);
+  build->all = (struct kith_extent){kith_box_around(build->search->position->f64, build->search->n),
+                                    kith_search_largest_radius(build->search)};
   return KITH_OK;
 }
 

@@ -11,6 +11,15 @@ void kith_runs_clear(struct kith_runs *runs) {
   *runs = (struct kith_runs){0};
 }
 
+bool kith_extent_join(struct kith_extent *a, const struct kith_extent *b, double most) {
+  struct kith_extent both = {a->box, KITH_MAX(a->radius, b->radius)};
+  kith_box_join(&both.box, &b->box);
+  const double larger = KITH_MAX(kith_box_volume(&a->box, a->radius), kith_box_volume(&b->box, b->radius));
+  if (!(kith_box_volume(&both.box, both.radius) <= most * larger)) return false;
+  *a = both;
+  return true;
+}
+
 /* The family. */
 
 #define X(name) &kith_search_##name,
@@ -122,36 +131,20 @@ kith_status kith_search_fresh(const struct kith_search *search) {
 
 /* Queries. */
 
-/* The box of some active nodes, and their largest search radius. */
-struct active {
-  struct kith_box box;
-  double radius; /* < 0: there are none */
-};
-
-static struct active active_of(const struct kith_search *search, struct kith_run group) {
+/* The extent of the active internal nodes of a group; radius < 0: there are none. */
+static struct kith_extent active_of(const struct kith_search *search, struct kith_run group) {
   const struct kith_nodes *nodes = search->nodes;
-  struct active active = {kith_box_empty(), -1};
+  struct kith_extent active = {kith_box_empty(), -1};
   for (kith_index slot = group.first; slot < group.first + group.count; ++slot) {
     const kith_index i = search->node[slot];
-    if (i >= nodes->n_internal || !kith_node_active(nodes, i)) continue;
-    kith_box_include(&active.box, search->position->f64 + (size_t)i * NDIM);
-    active.radius = KITH_MAX(active.radius, search->radius->f64[i]);
+    if (i < nodes->n_internal && kith_node_active(nodes, i))
+      kith_extent_include(&active, search->position->f64 + (size_t)i * NDIM, search->radius->f64[i]);
   }
   return active;
 }
 
-/* Joins b to a, unless the common box would be much larger than both. */
-static bool join_active(struct active *a, const struct active *b) {
-  struct active both = {a->box, KITH_MAX(a->radius, b->radius)};
-  kith_box_join(&both.box, &b->box);
-  const double larger = KITH_MAX(kith_box_volume(&a->box, a->radius), kith_box_volume(&b->box, b->radius));
-  if (!(kith_box_volume(&both.box, both.radius) <= 1.3 * larger)) return false;
-  *a = both;
-  return true;
-}
-
 /* Marks the slots that these active nodes may interact with. */
-static kith_status mark_near(struct kith_search *search, struct active active, double slack,
+static kith_status mark_near(struct kith_search *search, struct kith_extent active, double slack,
                              struct kith_runs *runs) {
   for (int a = 0; a < NDIM; ++a) active.box.lower[a] -= slack, active.box.upper[a] += slack;
   runs->n = 0;
@@ -179,11 +172,11 @@ int kith_search_next_awake(const struct kith_search *search, int group, int end)
 /* Marks the slots near active nodes of groups first .. end - 1. Groups that are close share one query. */
 static kith_status mark_near_groups(struct kith_search *search, int first, int end, double slack,
                                     struct kith_runs *runs) {
-  struct active open = {.radius = -1};
+  struct kith_extent open = {.radius = -1};
   for (int g = kith_search_next_awake(search, first, end); g < end;
        g = kith_search_next_awake(search, g + 1, end)) {
-    const struct active next = active_of(search, search->group[g]);
-    if (next.radius < 0 || (open.radius >= 0 && join_active(&open, &next))) continue;
+    const struct kith_extent next = active_of(search, search->group[g]);
+    if (next.radius < 0 || (open.radius >= 0 && kith_extent_join(&open, &next, 1.3))) continue;
     if (open.radius >= 0) KITH_TRY(mark_near(search, open, slack, runs));
     open = next;
   }

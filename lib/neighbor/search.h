@@ -61,6 +61,19 @@ static inline kith_status kith_runs_add(struct kith_runs *runs, kith_index first
 }
 void kith_runs_clear(struct kith_runs *runs); /* frees */
 
+/* The box around some nodes, and their largest search radius. */
+struct kith_extent {
+  struct kith_box box;
+  double radius;
+};
+static inline void kith_extent_include(struct kith_extent *extent, const double *x, double radius) {
+  kith_box_include(&extent->box, x);
+  extent->radius = KITH_MAX(extent->radius, radius);
+}
+/* Joins b to a. False, and nothing is done, if the volume in which neighbors may lie would become more than
+ * `most` times that of the larger one. */
+bool kith_extent_join(struct kith_extent *a, const struct kith_extent *b, double most);
+
 struct kith_search;
 
 /* A cell of a sweep, and the nodes that may interact with those in it, as slots.

@@ -34,10 +34,7 @@ struct kith_builder {
   size_t bits_capacity;
   kith_index *filled; /* entries of the rows of idle nodes so far */
   size_t filled_capacity;
-  struct kith_idle {
-    struct kith_box box;
-    double radius;
-  } idle[KITH_ROW_CHUNKS]; /* the box around the idle nodes of each chunk, and their largest search radius */
+  struct kith_extent idle[KITH_ROW_CHUNKS]; /* of the idle nodes of each chunk */
 };
 /* Makes workers for as many threads as may run now. */
 kith_status kith_builder_reserve(struct kith_builder *scratch);
@@ -62,8 +59,7 @@ struct kith_build {
   const struct kith_nodes *nodes;   /* of the sources */
   const struct kith_search *search; /* of the sources */
   const struct kith_shifts *shifts; /* images of the sources, which are the targets too; NULL: none */
-  struct kith_box all;              /* around the sources; known if there are images */
-  double widest;                    /* the largest R of the sources; likewise */
+  struct kith_extent all;           /* of the sources; known if there are images */
   struct kith_excluder *excluders;  /* chain or NULL */
   struct kith_builder *scratch;
   enum kith_cutoff cutoff;
