@@ -1,6 +1,6 @@
 /* list.h - a neighbor list: for each target the sources near it.
  *
- * Targets and sources are selections (selection.h): the same nodes, some of each, or points that are no
+ * Targets and sources are selections (search.h): the same nodes, some of each, or points that are no
  * nodes. A specification says all of it; what is missing or contradicts itself is refused by name. The rows
  * of hydro packages are built from one as well (connectivity.h).
  *

@@ -208,6 +208,23 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
 struct kith_box kith_box_around(const double *x, kith_index n);
 double kith_search_largest_radius(const struct kith_search *search);
 
+/* Some nodes of a search: the targets of a neighbor list, or its sources. Points that are no nodes of the run
+ * are nodes of their own, with a search of their own. */
+struct kith_selection {
+  const struct kith_nodes *nodes; /* borrowed, as all of it */
+  struct kith_search *search;     /* of these nodes */
+  uint64_t lists;                 /* bit l: nodes of list l; 0: of all lists */
+  bool ghosts;                    /* of targets: ghosts too. Ghosts are sources in any case */
+  bool (*chosen)(const void *context, const struct kith_nodes *nodes, kith_index i); /* NULL: all */
+  const void *context;
+};
+
+/* Is node or ghost i one of them? `ghosts` is not looked at. */
+static inline bool kith_selects(const struct kith_selection *s, kith_index i) {
+  return (s->lists == 0 || (s->lists >> s->nodes->list->u8[i] & 1) != 0) &&
+         (s->chosen == NULL || s->chosen(s->context, s->nodes, i));
+}
+
 /* For members. */
 static inline void kith_search_pack_slot(struct kith_search *search, kith_index slot) {
   const size_t i = (size_t)search->node[slot];

@@ -10,7 +10,7 @@
 #define KITH_CONNECTIVITY_EXCLUDERS_EXCLUDER_H
 
 #include "lib/core/param.h"
-#include "lib/neighbor/selection.h"
+#include "lib/neighbor/search.h"
 
 enum kith_phase { KITH_BROAD, KITH_NARROW };
 
