@@ -9,8 +9,6 @@
  * With block time steps only active nodes are targets, ghosts among them. The row of an idle node holds its
  * active neighbors: it is found from their rows, which have the idle node, and is counted and filled with
  * them. Active ghosts are targets for this alone, so only idle nodes are their candidates. */
-#include "lib/connectivity/build.h"
-
 #include <math.h>
 #include <omp.h>
 #include <string.h>

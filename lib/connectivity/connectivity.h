@@ -9,10 +9,10 @@
  *                  a pass that reads them asks kith_connectivity_provides first, which refuses by name.
  *   pairs          each interaction once (pairs.h). Ghost-ghost pairs exist if and only if ghost_rows is
  *                  required. f_couple, a lasting pairwise field, is a factor of each pair.
- *   overlap        rows of all nodes whose support shares a node with that of i (build.h), for the nodes
+ *   overlap        rows of all nodes whose support shares a node with that of i (builder.h), for the nodes
  *                  that have rows.
  *   overlap_pairs  each overlap of an internal node once, as pairs.
- *   intersection   the common neighbors of each pair, and both ends (build.h).
+ *   intersection   the common neighbors of each pair, and both ends (builder.h).
  *
  * Exact ties count: distances are plain sums of squares compared by <=, bitwise equal in both directions and
  * on every instruction set (packed.h).
@@ -34,7 +34,7 @@
 /* What packages and schemes require; OR them. Nothing is built that is not required. */
 struct kith_requirements {
   bool rows, pairs, ghost_rows, overlap, overlap_pairs, intersection;
-  bool on_segment; /* only those common nodes that are beside the segment (build.h); OR: if none needs all */
+  bool on_segment; /* only common nodes that are beside the segment (builder.h); OR: if none needs all */
 };
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b);
 

@@ -2,7 +2,7 @@
  *
  * The neighbors of j are found by distance, not from the row of j: so a ghost needs no row, and the test
  * streams: row i and i itself are packed once, and every pair of i tests them all at once. */
-#include "lib/connectivity/build.h"
+#include "lib/connectivity/build/builder.h"
 
 #include <omp.h>
 

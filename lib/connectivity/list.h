@@ -14,7 +14,7 @@
 #define KITH_CONNECTIVITY_LIST_H
 
 #include "lib/comm/sum.h"
-#include "lib/connectivity/build.h"
+#include "lib/connectivity/build/builder.h"
 #include "lib/connectivity/policies/rebuild.h"
 #include "lib/connectivity/storage/storage.h"
 

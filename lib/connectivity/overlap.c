@@ -7,7 +7,7 @@
  * few 64-bit words of a bitmap over the nodes: S is kept as (word, bits), a union is one OR for each word,
  * and the row comes out sorted. With images the bitmap is one for each shift after the other, and the words
  * of S(k), seen from i, are moved by those of the shift of k: shifts add up. */
-#include "lib/connectivity/build.h"
+#include "lib/connectivity/build/builder.h"
 
 #include <omp.h>
 
