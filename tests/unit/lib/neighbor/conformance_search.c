@@ -9,21 +9,17 @@
 
 static void test_updates(const struct kith_search_ops *ops, enum arrangement how, kith_index n, int lists) {
   struct kith_nodes *nodes = make_nodes(how, n, lists);
-  struct kith_search *s = NULL;
-  CHECK_OK(create_search(&s, ops, nodes));
+  struct kith_search *s = create_search(ops, nodes);
   CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
   CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, NULL, 0));
-  CHECK_OK(kith_search_update(s));
-  check_search(s, 40, true);
+  check_update(s, 40);
   for (int a = 0; a < NDIM; ++a) {
     add_ghosts(nodes, a, a == 0);
     if (n > 0) CHECK_STATUS(KITH_STALE, kith_search_fresh(s));
-    CHECK_OK(kith_search_update(s));
-    check_search(s, 20, true);
+    check_update(s, 20);
   }
   kith_nodes_drop_ghosts(nodes);
-  CHECK_OK(kith_search_update(s));
-  check_search(s, 20, true);
+  check_update(s, 20);
   kith_search_destroy(&s);
   CHECK(s == NULL);
   kith_nodes_destroy(&nodes);
@@ -38,9 +34,8 @@ static void test_sets_of_nodes(const struct kith_search_ops *ops) {
 /* A periodic box thinner than a support: three layers of images on each side of axis 0. */
 static void test_thin_box(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 60, 1);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(ops, nodes);
   for (kith_index i = 0; i < 60; ++i) nodes->search_radius->f64[i] = uniform(1.5, 2.5);
-  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int image = -3; image <= 3; ++image) {
     struct kith_ghost_block block = {.kind = KITH_GHOST_IMAGE, .count = 60};
@@ -51,20 +46,17 @@ static void test_thin_box(const struct kith_search_ops *ops) {
     block.image.shift[0] = image;
     CHECK_OK(kith_nodes_add_ghosts(nodes, &block));
   }
-  CHECK_OK(kith_search_update(s));
-  check_search(s, 20, true);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  check_update(s, 20);
+  destroy(&s, &nodes);
 }
 
 /* After culling a search is stale, also when as many ghosts were added as removed. */
 static void test_cull(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 90, 2);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(ops, nodes);
   kith_index *found = NULL, count = 0, renumber[512], moved = 0;
   size_t capacity = 0;
   uint8_t keep[512];
-  CHECK_OK(create_search(&s, ops, nodes));
   for (int round = 0; round < 3; ++round) {
     const double x[NDIM] = {0};
     add_ghosts(nodes, 0, true);
@@ -76,30 +68,25 @@ static void test_cull(const struct kith_search_ops *ops) {
     CHECK(strstr(kith_failure(), ops->name) != NULL);
     CHECK_STATUS(KITH_STALE, kith_search_at(s, x, 0.5, KITH_GATHER, &found, &capacity, &count));
     CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, &moved, 1));
-    CHECK_OK(kith_search_update(s));
-    check_search(s, 20, true);
+    check_update(s, 20);
     CHECK_STATUS(KITH_BAD_INPUT, kith_search_at(s, x, -0.5, KITH_GATHER, &found, &capacity, &count));
   }
   kith_free(&found);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 /* Nodes that were reordered are not the ones that the search knows, also without ghosts. */
 static void test_reorder(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 30, 1);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(ops, nodes);
   kith_index order[30], moved = 0;
   for (kith_index i = 0; i < 30; ++i) order[i] = 29 - i;
-  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   CHECK_OK(kith_search_update_selected(s, &moved, 1));
   CHECK_OK(kith_nodes_reorder(nodes, order));
   CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, &moved, 1));
-  CHECK_OK(kith_search_update(s));
-  check_search(s, 10, true);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  check_update(s, 10);
+  destroy(&s, &nodes);
 }
 
 /* On a rank with ghosts alone, which then go. */
@@ -107,10 +94,9 @@ static void test_ghosts_alone(const struct kith_search_ops *ops) {
   const struct kith_ghost_block block = {.kind = KITH_GHOST_FROZEN, .count = 50};
   const double x[NDIM] = {0};
   struct kith_nodes *nodes = make_nodes(RANDOM, 0, 1);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(ops, nodes);
   kith_index *found = NULL, count = 0;
   size_t capacity = 0;
-  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_nodes_add_ghosts(nodes, &block)); /* all at 0 */
   CHECK_OK(kith_search_update(s));
   CHECK_OK(kith_search_at(s, x, 0.5, KITH_GATHER, &found, &capacity, &count));
@@ -120,8 +106,7 @@ static void test_ghosts_alone(const struct kith_search_ops *ops) {
   CHECK_OK(kith_search_at(s, x, 0.5, KITH_GATHER, &found, &capacity, &count));
   CHECK(count == 0 && s->n_groups == 0);
   kith_free(&found);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 static void displace(struct kith_nodes *nodes, kith_index i, int round) {
@@ -140,9 +125,8 @@ static void displace(struct kith_nodes *nodes, kith_index i, int round) {
 static void test_motion(const struct kith_search_ops *ops, enum arrangement how) {
   struct kith_nodes *nodes = make_nodes(how, 500, 2);
   add_ghosts(nodes, 0, true);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(ops, nodes);
   kith_index *moved = calloc(1000, sizeof *moved);
-  CHECK_OK(create_search(&s, ops, nodes));
   CHECK_OK(kith_search_update(s));
   for (int round = 0; round < 16; ++round) {
     /* A few nodes, some named twice; none; more than there are. */
@@ -155,21 +139,18 @@ static void test_motion(const struct kith_search_ops *ops, enum arrangement how)
     if (round == 9) {
       add_ghosts(nodes, NDIM - 1, false);
       CHECK_STATUS(KITH_STALE, kith_search_update_selected(s, moved, 1));
-      CHECK_OK(kith_search_update(s));
-      check_search(s, 25, true);
+      check_update(s, 25);
     }
   }
   free(moved);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 /* Updates of all nodes, as in successive steps: what a search keeps between them must not matter, even if
  * ghosts come and go, or nodes are reordered or deleted in between. */
 static void test_steps(const struct kith_search_ops *ops, enum arrangement how) {
   struct kith_nodes *nodes = make_nodes(how, 300, 2);
-  struct kith_search *s = NULL;
-  CHECK_OK(create_search(&s, ops, nodes));
+  struct kith_search *s = create_search(ops, nodes);
   for (int round = 0; round < 24; ++round) {
     for (int k = 0; k < 20; ++k) displace(nodes, below(nodes->n_internal), round);
     if (round % 10 == 9) { /* reverses the order in each list */
@@ -189,11 +170,9 @@ static void test_steps(const struct kith_search_ops *ops, enum arrangement how) 
     kith_nodes_drop_ghosts(nodes);
     if (round % 3 != 0) add_ghosts(nodes, round % NDIM, round % 2 == 0);
     ++nodes->positions;
-    CHECK_OK(kith_search_update(s));
-    check_search(s, 20, true);
+    check_update(s, 20);
   }
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 /* Nodes have moved and grown since the search was updated, and their ghosts are gone: kith_search_near finds
@@ -201,11 +180,10 @@ static void test_steps(const struct kith_search_ops *ops, enum arrangement how) 
 static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
   const double slack = 0.05;
   struct kith_nodes *nodes = make_nodes(how, 400, 2);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(ops, nodes);
   kith_index *near = NULL, *found = NULL, count = 0, n_found = 0;
   size_t capacity = 0, found_capacity = 0;
   CHECK_OK(kith_nodes_mark_activity(nodes));
-  CHECK_OK(create_search(&s, ops, nodes));
   for (int round = 0; round < 12; ++round) {
     const kith_index n = nodes->n_internal;
     int missed = 0;
@@ -245,15 +223,13 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
   }
   kith_free(&near);
   kith_free(&found);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 /* Radii grow while nodes stay: a search that stores a largest radius must update it. */
 static void test_growth(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 150, 1);
-  struct kith_search *s = NULL;
-  CHECK_OK(create_search(&s, ops, nodes));
+  struct kith_search *s = create_search(ops, nodes);
   CHECK_OK(kith_search_update(s));
   for (int round = 0; round < 60; ++round) {
     const kith_index grown = round < 50 ? below(s->n) : 7;
@@ -262,15 +238,13 @@ static void test_growth(const struct kith_search_ops *ops) {
     CHECK_OK(kith_search_update_selected(s, &grown, 1));
     check_search(s, 30, true);
   }
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 /* Nodes so far away that numbers of cells overflow: they are clamped, but all are found. */
 static void test_far_off(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(RANDOM, 200, 1);
-  struct kith_search *s = NULL;
-  CHECK_OK(create_search(&s, ops, nodes));
+  struct kith_search *s = create_search(ops, nodes);
   CHECK_OK(kith_search_update(s));
   kith_index moved[100];
   for (kith_index k = 0; k < 100; ++k) {
@@ -281,10 +255,8 @@ static void test_far_off(const struct kith_search_ops *ops) {
   ++nodes->positions;
   CHECK_OK(kith_search_update_selected(s, moved, 100));
   check_search(s, 40, false);
-  CHECK_OK(kith_search_update(s));
-  check_search(s, 40, true);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  check_update(s, 40);
+  destroy(&s, &nodes);
 }
 
 /* Enough nodes to occupy all threads. `along`: nodes are sorted along the curve of the tree, except a few
@@ -309,7 +281,7 @@ static void test_threads(const struct kith_search_ops *ops, bool along) {
   for (int stage = 0; stage < 2; ++stage) {
     for (int threads = 1; threads <= 3; ++threads) {
       omp_set_num_threads(threads);
-      if (stage == 0) CHECK_OK(create_search(&s[threads - 1], ops, nodes));
+      if (stage == 0) s[threads - 1] = create_search(ops, nodes);
       CHECK_OK(stage == 0 ? kith_search_update(s[threads - 1])
                           : kith_search_update_selected(s[threads - 1], moved, 300));
       CHECK(s[threads - 1]->n_groups == s[0]->n_groups);

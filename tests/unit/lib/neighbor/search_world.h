@@ -19,11 +19,17 @@ static inline kith_index below(kith_index n) {
 
 /* Members with parameters are also tested with another value of the first one. */
 static const void *settings;
-static inline kith_status create_search(struct kith_search **s, const struct kith_search_ops *ops,
-                                        const struct kith_nodes *nodes) {
-  const kith_status status = kith_search_create(s, ops, nodes);
-  if (status == KITH_OK) (*s)->settings = settings;
-  return status;
+static inline struct kith_search *create_search(const struct kith_search_ops *ops,
+                                                const struct kith_nodes *nodes) {
+  struct kith_search *s;
+  CHECK_OK(kith_search_create(&s, ops, nodes));
+  s->settings = settings;
+  return s;
+}
+
+static inline void destroy(struct kith_search **s, struct kith_nodes **nodes) {
+  kith_search_destroy(s);
+  kith_nodes_destroy(nodes);
 }
 
 static inline void with_members(void (*test)(const struct kith_search_ops *ops)) {
@@ -240,6 +246,12 @@ static inline void check_search(const struct kith_search *s, int groups, bool or
   }
   CHECK(kith_search_bytes(s) >= sizeof *s);
   if (s->n < 2000) check_sweep(s, NULL);
+}
+
+/* Updates the search with all nodes, and makes all checks. */
+static inline void check_update(struct kith_search *s, int groups) {
+  CHECK_OK(kith_search_update(s));
+  check_search(s, groups, true);
 }
 
 /* ---- sets of nodes ---- */

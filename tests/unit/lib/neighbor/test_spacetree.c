@@ -7,15 +7,13 @@
  * refused. */
 static void test_moves_of_targets(const struct kith_search_ops *ops) {
   struct kith_nodes *nodes = make_nodes(EIGHT_TO_ONE, 200, 1);
-  struct kith_search *s = NULL;
-  CHECK_OK(create_search(&s, ops, nodes));
+  struct kith_search *s = create_search(ops, nodes);
   CHECK_OK(kith_search_update(s));
   check_sweep(s, nodes->position->f64);
   ++nodes->positions;
   CHECK_STATUS(KITH_STALE, kith_search_sweep(s, &(struct kith_sweep){NULL, NULL, NULL}, NULL));
   CHECK(strstr(kith_failure(), ops->name) != NULL);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 /* Expects these counters after an update; nodes are a cloud of equal radii, and node 0 has changed. */
@@ -31,12 +29,11 @@ static void expect_counts(struct kith_search *s, bool selected, const uint64_t *
 static void test_counters(void) {
   for (int selected = 0; selected < 2; ++selected) {
     struct kith_nodes *nodes = make_nodes(RANDOM, 400, 1);
-    struct kith_search *s = NULL;
+    struct kith_search *s = create_search(&kith_search_spacetree, nodes);
     double *x = nodes->position->f64, *radius = nodes->search_radius->f64;
     for (kith_index i = 0; i < 400; ++i) radius[i] = i == 1 ? 0.08 : 0.01; /* cells 0.168 wide, and 0.021 */
     for (int a = 0; a < NDIM; ++a) x[NDIM + a] = 0, x[2 * NDIM + a] = 1;
     for (int a = 0; a < NDIM; ++a) x[a] = 0.3;
-    CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
     expect_counts(s, false, (const uint64_t[]){1, 0, 0, 0, 0});
     expect_counts(s, selected, (const uint64_t[]){0, 0, 0, 0, 0});
     x[0] += 0.021;
@@ -48,8 +45,7 @@ static void test_counters(void) {
     x[NDIM - 1] += 7.3 * 0.021; /* to an adjacent vertex three levels up */
     expect_counts(s, selected, (const uint64_t[]){0, 0, 3, 3, 1});
     check_search(s, 40, false);
-    kith_search_destroy(&s);
-    kith_nodes_destroy(&nodes);
+    destroy(&s, &nodes);
   }
 }
 
@@ -58,9 +54,8 @@ static void test_counters(void) {
 static void test_growth(void) {
   const kith_index n = 10000;
   struct kith_nodes *nodes = make_nodes(RANDOM, n, 1);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(&kith_search_spacetree, nodes);
   for (kith_index i = 0; i < n; ++i) nodes->search_radius->f64[i] = 2;
-  CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
   CHECK_OK(kith_search_update(s));
   add_ghosts(nodes, 0, true);
   for (size_t k = (size_t)n * NDIM; k < (size_t)kith_nodes_count(nodes) * NDIM; ++k)
@@ -72,8 +67,7 @@ static void test_growth(void) {
   for (kith_index slot = 0; slot < s->n; ++slot) twice += found[s->node[slot]]++ > 0;
   CHECK(s->n > n && twice == 0);
   free(found);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  destroy(&s, &nodes);
 }
 
 /* Nodes on faces, edges and corners of cells and at their midpoints, on two levels: each must be a target of
@@ -81,11 +75,10 @@ static void test_growth(void) {
 static void test_faces(void) {
   const kith_index n = 2 + (NDIM == 1 ? 30 : 200);
   struct kith_nodes *nodes = make_nodes(RANDOM, n, 1);
-  struct kith_search *s = NULL;
+  struct kith_search *s = create_search(&kith_search_spacetree, nodes);
   int on_faces = 0, on_corners = 0;
   for (kith_index i = 0; i < n; ++i) nodes->search_radius->f64[i] = i % 2 ? 0.25 : 0.06;
   for (int a = 0; a < 2 * NDIM; ++a) nodes->position->f64[a] = a < NDIM;
-  CHECK_OK(kith_search_create(&s, &kith_search_spacetree, nodes));
   CHECK_OK(kith_search_update(s)); /* nodes 0 and 1 span the box */
   const struct kith_spacetree *tree = s->self;
   const int level = 2;
@@ -101,10 +94,8 @@ static void test_faces(void) {
   }
   ++nodes->positions;
   CHECK(on_faces > n / 4 && on_corners > n / 16);
-  CHECK_OK(kith_search_update(s));
-  check_search(s, 40, true);
-  kith_search_destroy(&s);
-  kith_nodes_destroy(&nodes);
+  check_update(s, 40);
+  destroy(&s, &nodes);
 }
 
 int main(void) {
