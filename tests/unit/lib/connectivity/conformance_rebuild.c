@@ -26,6 +26,19 @@ static struct kith_nodes *two_lists(void) {
   return nodes;
 }
 
+/* Policies with a snapshot of two_lists, which it returns. */
+static struct kith_nodes *begin(struct kith_rebuilds *r, const char *words) {
+  struct kith_nodes *nodes = two_lists();
+  CHECK_OK(kith_rebuilds_create(r, words, unit));
+  CHECK_OK(kith_rebuilds_snapshot(r, nodes));
+  return nodes;
+}
+
+static void end(struct kith_rebuilds *r, struct kith_nodes **nodes) {
+  kith_rebuilds_clear(r);
+  kith_nodes_destroy(nodes);
+}
+
 static void parsing(void) {
   struct kith_rebuilds r;
   CHECK_OK(kith_rebuilds_create(&r, "displacement | entity_change|  never ", unit));
@@ -90,10 +103,8 @@ static bool fires_or_stops(struct kith_rebuilds *r, const struct kith_nodes *nod
 /* When the lists may miss a pair a policy rebuilds them, or the check stops the run; policies that let lists
  * last do neither earlier. */
 static void check_stale(const char *words) {
-  struct kith_nodes *nodes = two_lists();
   struct kith_rebuilds r;
-  CHECK_OK(kith_rebuilds_create(&r, words, unit));
-  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  struct kith_nodes *nodes = begin(&r, words);
   nodes->position->f64[0] += 0.024, nodes->position->f64[NDIM] -= 0.024;
   if (kith_rebuilds_lasting(&r)) CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
   nodes->position->f64[0] += 0.002, nodes->position->f64[NDIM] -= 0.002;
@@ -101,15 +112,12 @@ static void check_stale(const char *words) {
   nodes->position->f64[0] -= 0.026, nodes->position->f64[NDIM] += 0.026;
   nodes->support->f64[3] = 0.151; /* growth of a support, without motion */
   CHECK(fires_or_stops(&r, nodes));
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
+  end(&r, &nodes);
 }
 
 static void entity_change(void) {
-  struct kith_nodes *nodes = two_lists();
   struct kith_rebuilds r;
-  CHECK_OK(kith_rebuilds_create(&r, "entity-change", unit));
-  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  struct kith_nodes *nodes = begin(&r, "entity-change");
   nodes->position->f64[0] += 10; /* motion does not matter to this policy */
   oracle_ghosts(nodes, 0, false, 0.2);
   CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
@@ -141,17 +149,14 @@ static void entity_change(void) {
   CHECK(reason_is(&r, nodes, KITH_BECAUSE_entity_change));
   CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
   CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
+  end(&r, &nodes);
 }
 
 /* Two nodes move in opposite directions, so that there is no common motion to subtract: each may go half the
  * skin, 0.025. The offset 1e-9 is far above the rounding of positions of order 1, and far below the skin. */
 static void threshold(void) {
-  struct kith_nodes *nodes = two_lists();
   struct kith_rebuilds r;
-  CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
-  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
+  struct kith_nodes *nodes = begin(&r, "displacement");
   CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
   double *x = nodes->position->f64, *support = nodes->support->f64;
   for (int a = 0; a < NDIM; ++a)
@@ -185,8 +190,7 @@ static void threshold(void) {
   }
   support[3] = NAN; /* NaN must cause a rebuild */
   CHECK(reason_is(&r, nodes, KITH_BECAUSE_displacement));
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
+  end(&r, &nodes);
 }
 
 static void boost_all(const struct kith_nodes *nodes, double by) {
@@ -198,42 +202,28 @@ static void boost_all(const struct kith_nodes *nodes, double by) {
     }
 }
 
-/* In a periodic or open box a uniform motion of less than half a period is subtracted; between mirrors it is
- * not. */
+/* In a periodic or open box a uniform motion of less than half a period is subtracted; it is not between
+ * mirrors, nor beside ghosts that stay where they are. With `never`, lists stay valid under any of it. */
 static void boost(void) {
-  for (int mirror = 0; mirror < 3; ++mirror) {
-    struct kith_nodes *nodes = two_lists();
-    struct kith_rebuilds r;
-    CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
-    if (mirror < 2) oracle_ghosts(nodes, NDIM - 1, mirror, 0.2);
+  struct kith_rebuilds r;
+  for (int ghosts = 0; ghosts < 4; ++ghosts) { /* periodic, mirrored, none, frozen */
+    struct kith_nodes *nodes = begin(&r, "displacement");
+    const struct kith_ghost_block frozen = {.kind = KITH_GHOST_FROZEN, .count = 1};
+    if (ghosts < 2) oracle_ghosts(nodes, NDIM - 1, ghosts == 1, 0.2);
+    if (ghosts == 3) CHECK_OK(kith_nodes_add_ghosts(nodes, &frozen));
     CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
     boost_all(nodes, 0.3);
-    CHECK(reason_is(&r, nodes, mirror == 1 ? KITH_BECAUSE_displacement : KITH_BECAUSE_none));
+    CHECK(reason_is(&r, nodes, ghosts % 2 ? KITH_BECAUSE_displacement : KITH_BECAUSE_none));
     boost_all(nodes, 0.3); /* above half a period: nodes must be wrapped again */
     CHECK(reason_is(&r, nodes, KITH_BECAUSE_displacement));
-    kith_rebuilds_clear(&r);
-    kith_nodes_destroy(&nodes);
+    end(&r, &nodes);
   }
-  /* With `never`, lists stay valid under any uniform motion. */
-  struct kith_nodes *nodes = two_lists();
-  struct kith_rebuilds r;
-  CHECK_OK(kith_rebuilds_create(&r, "never", unit));
-  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
-  boost_all(nodes, 0.3);
-  CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
-  boost_all(nodes, 0.3);
-  CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
-  /* Ghosts that stay where they are: every motion counts. */
-  nodes = two_lists();
-  CHECK_OK(kith_nodes_add_ghosts(nodes, &(struct kith_ghost_block){.kind = KITH_GHOST_FROZEN, .count = 1}));
-  CHECK_OK(kith_rebuilds_create(&r, "displacement", unit));
-  CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
-  boost_all(nodes, 0.3);
-  CHECK(reason_is(&r, nodes, KITH_BECAUSE_displacement));
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
+  struct kith_nodes *nodes = begin(&r, "never");
+  for (int round = 0; round < 2; ++round) {
+    boost_all(nodes, 0.3);
+    CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
+  }
+  end(&r, &nodes);
 }
 
 /* Random walks with growing supports in a periodic box: as long as the policy asks for no rebuild, every pair
@@ -241,9 +231,8 @@ static void boost(void) {
  * ask at each step either. */
 static void never_misses(const char *words) {
   uint64_t state = 77;
-  struct kith_nodes *nodes = two_lists();
   struct kith_rebuilds r;
-  CHECK_OK(kith_rebuilds_create(&r, words, unit));
+  struct kith_nodes *nodes = begin(&r, words);
   int quiet = 0, rebuilt = 0;
   double old[40 * NDIM];
   for (int round = 0; round < 60; ++round) {
@@ -272,8 +261,7 @@ static void never_misses(const char *words) {
     }
   }
   CHECK(quiet > 100 && rebuilt > 10);
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
+  end(&r, &nodes);
 }
 
 /* Every member under its own name. */
@@ -301,8 +289,7 @@ static void all_take_snapshots(void) {
   CHECK(reason_is(&r, nodes, KITH_BECAUSE_none));
   nodes->position->f64[0] += 0.2;
   CHECK(reason_is(&r, nodes, KITH_BECAUSE_displacement));
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
+  end(&r, &nodes);
 }
 
 /* The decision does not depend on the number of threads: 10000 nodes are three blocks of the sum, and the
@@ -332,8 +319,7 @@ static void threads(void) {
     nodes->support->f64[0] = high;
     CHECK(reason_is(&r, nodes, KITH_BECAUSE_displacement));
   }
-  kith_rebuilds_clear(&r);
-  kith_nodes_destroy(&nodes);
+  end(&r, &nodes);
 }
 
 int main(void) {
