@@ -16,19 +16,16 @@ struct fixture {
 
 static struct fixture make(int n_lists) {
   struct fixture f = {0};
-  const struct kith_field_spec mass = {"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "m"};
-  const struct kith_field_spec velocity = {"velocity", KITH_VECTOR, KITH_F64, KITH_STATE, NULL, "v"};
-  const struct kith_field_spec gradient = {"gradient", KITH_TENSOR, KITH_F64, KITH_STATE, NULL, "dv/dx"};
-  const struct kith_field_spec stress = {"stress", KITH_SYMMETRIC, KITH_F64, KITH_STATE, NULL, "s"};
-  const struct kith_field_spec counter = {"counter", KITH_SCALAR, KITH_I64, KITH_STATE, NULL, "n"};
-  const struct kith_field_spec flag = {"flag", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "f"};
+  const struct kith_field_row table[] = {
+      {true, {"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "m"}, &f.mass},
+      {true, {"velocity", KITH_VECTOR, KITH_F64, KITH_STATE, NULL, "v"}, &f.velocity},
+      {true, {"gradient", KITH_TENSOR, KITH_F64, KITH_STATE, NULL, "dv/dx"}, &f.gradient},
+      {true, {"stress", KITH_SYMMETRIC, KITH_F64, KITH_STATE, NULL, "s"}, &f.stress},
+      {true, {"counter", KITH_SCALAR, KITH_I64, KITH_STATE, NULL, "n"}, &f.counter},
+      {true, {"flag", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "f"}, &f.flag},
+      {0}};
   CHECK_OK(kith_nodes_create(&f.nodes, n_lists, names));
-  CHECK_OK(kith_nodes_field(f.nodes, &mass, &f.mass));
-  CHECK_OK(kith_nodes_field(f.nodes, &velocity, &f.velocity));
-  CHECK_OK(kith_nodes_field(f.nodes, &gradient, &f.gradient));
-  CHECK_OK(kith_nodes_field(f.nodes, &stress, &f.stress));
-  CHECK_OK(kith_nodes_field(f.nodes, &counter, &f.counter));
-  CHECK_OK(kith_nodes_field(f.nodes, &flag, &f.flag));
+  CHECK_OK(kith_nodes_fields(f.nodes, table));
   return f;
 }
 
@@ -276,16 +273,18 @@ static void add_image(struct fixture *f, int list, kith_index count, const kith_
   CHECK_OK(kith_nodes_add_ghosts(f->nodes, &block));
 }
 
-static void image_maps(double *mirror, double *across, double *one, double *along) {
-  for (int a = 0; a < NDIM; ++a) mirror[a] = one[a] = 1, across[a] = along[a] = 0;
+/* Signs and shifts of these images; both: that of mirrored ones that are shifted. */
+static double mirror[NDIM], across[NDIM], one[NDIM], along[NDIM], both[NDIM];
+
+static void set_image_maps(void) {
+  for (int a = 0; a < NDIM; ++a) mirror[a] = one[a] = 1;
   mirror[NDIM - 1] = -1;
   across[NDIM - 1] = 64;
   along[0] = -32;
+  for (int a = 0; a < NDIM; ++a) both[a] = across[a] + along[a];
 }
 
 static void add_chain(struct fixture *f) {
-  double mirror[NDIM], across[NDIM], one[NDIM], along[NDIM];
-  image_maps(mirror, across, one, along);
   add_image(f, 1, 4, (const kith_index[]){4, 6, 7, 9}, mirror, across);   /* ghosts 12 .. 15 */
   add_image(f, 1, 5, (const kith_index[]){4, 5, 13, 14, 15}, one, along); /* ghosts 16 .. 20 */
   add_image(f, 1, 0, NULL, one, along);                                   /* not stored */
@@ -300,9 +299,6 @@ static void add_chain(struct fixture *f) {
 }
 
 static void check_chain(const struct fixture *f) {
-  double mirror[NDIM], across[NDIM], one[NDIM], along[NDIM], both[NDIM];
-  image_maps(mirror, across, one, along);
-  for (int a = 0; a < NDIM; ++a) both[a] = across[a] + along[a];
   for (kith_index i = 12; i < 16; ++i)
     CHECK(has_image_values(f, i, mirror, across) && f->nodes->list->u8[i] == 1);
   for (kith_index i = 16; i < 18; ++i) CHECK(has_image_values(f, i, one, along));
@@ -395,8 +391,7 @@ static void check_long_chain(void) {
   enum { N = 2048, LINKS = 9 };
   static kith_index control[N];
   struct fixture f = make(1);
-  double one[NDIM], zero[NDIM] = {0};
-  for (int a = 0; a < NDIM; ++a) one[a] = 1;
+  const double zero[NDIM] = {0};
   append(&f, 0, N, 0);
   for (int link = 0; link < LINKS; ++link) {
     for (kith_index k = 0; k < N; ++k) control[k] = (link + 1) * N - 1 - k;
@@ -451,9 +446,6 @@ static void check_cull(void) {
   CHECK(b[2].kind == KITH_GHOST_FROZEN && b[2].count == 1 && f.nodes->id->i64[17] == 523 &&
         has_values(&f, 17));
   CHECK(b[3].control[0] == 17);
-  double mirror[NDIM], across[NDIM], one[NDIM], along[NDIM], both[NDIM];
-  image_maps(mirror, across, one, along);
-  for (int a = 0; a < NDIM; ++a) both[a] = across[a] + along[a];
   for (int round = 0; round < 2; ++round) {
     CHECK(has_image_values(&f, 12, mirror, across) && has_image_values(&f, 13, mirror, across));
     CHECK(has_image_values(&f, 14, one, along) && has_image_values(&f, 15, mirror, both) &&
@@ -472,6 +464,7 @@ static void check_cull(void) {
 }
 
 int main(void) {
+  set_image_maps();
   check_registration();
   check_growth();
   check_own();
