@@ -72,8 +72,6 @@ static void conforms(const char *words) {
 /* Returns the bytes per entry of the rows of a cubic lattice whose nodes are sorted along the curve. */
 static double bytes_of(const char *words, double search_radius, int n) {
   struct kith_nodes *nodes = oracle_lattice(1, n, search_radius / n);
-  struct kith_search *search;
-  struct kith_connectivity *c;
   struct kith_stored stored;
   kith_index *order = calloc((size_t)nodes->n_internal, sizeof *order),
              *node = calloc((size_t)nodes->n_internal, sizeof *node);
@@ -82,10 +80,8 @@ static double bytes_of(const char *words, double search_radius, int n) {
   kith_search_cube(nodes->position->f64, nodes->n_internal, lower, upper);
   CHECK_OK(kith_nodes_curve_order(nodes, lower, upper, order, &sorted));
   CHECK_OK(kith_nodes_reorder(nodes, order));
-  CHECK_OK(kith_search_create(&search, kith_search_find("tree"), nodes));
-  CHECK_OK(kith_search_update(search));
-  CHECK_OK(kith_connectivity_create(&c));
-  CHECK_OK(kith_connectivity_build(c, nodes, search, (struct kith_requirements){.rows = true}, NULL, NULL));
+  struct kith_connectivity *c =
+      oracle_build(nodes, kith_search_find("tree"), (struct kith_requirements){.rows = true}, NULL);
   CHECK_OK(kith_stored_create(&stored, words));
   copy_rows(&stored.rows, &c->rows);
   for (kith_index i = 0; i < nodes->n_internal; ++i) node[i] = i;
@@ -94,7 +90,6 @@ static double bytes_of(const char *words, double search_radius, int n) {
   const double bytes = (double)kith_stored_bytes(&stored) / (double)stored.entries;
   kith_stored_clear(&stored);
   kith_connectivity_destroy(&c);
-  kith_search_destroy(&search);
   kith_nodes_destroy(&nodes);
   free(order);
   free(node);

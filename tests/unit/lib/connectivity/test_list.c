@@ -100,11 +100,10 @@ static bool is_even(const void *context, const struct kith_nodes *nodes, kith_in
   return nodes->id->i64[i] % 2 == 0;
 }
 
-static struct kith_list_spec spec_of(const struct kith_nodes *t, struct kith_search *of_t,
-                                     const struct kith_nodes *s, struct kith_search *of_s,
+static struct kith_list_spec spec_of(struct kith_search *targets, struct kith_search *sources,
                                      enum kith_cutoff cutoff) {
-  return (struct kith_list_spec){.targets = {.nodes = t, .search = of_t},
-                                 .sources = {.nodes = s, .search = of_s},
+  return (struct kith_list_spec){.targets = {.nodes = targets->nodes, .search = targets},
+                                 .sources = {.nodes = sources->nodes, .search = sources},
                                  .cutoff = cutoff,
                                  .number = cutoff == KITH_CUTOFF_number ? 0.17 : 0,
                                  .radius = cutoff == KITH_CUTOFF_number ? NULL : "search_radius",
@@ -112,8 +111,8 @@ static struct kith_list_spec spec_of(const struct kith_nodes *t, struct kith_sea
                                  .rebuild = "always"};
 }
 
-/* Equal, overlapping and disjoint selections, and points that are not nodes, with all cutoffs, searches and
- * storages, with periodic images, sorted and unsorted. */
+/* Equal, overlapping and disjoint selections, and points that are not nodes, as targets (relation 4) and as
+ * sources (5), with all cutoffs, searches and storages, with periodic images, sorted and unsorted. */
 static void check_definitions(void) {
   static const char *const storages[] = {"csr", "padded", "padded:width=3", "half", "compressed"};
   const int count[2] = {70, 40}, points_count[1] = {50};
@@ -125,10 +124,8 @@ static void check_definitions(void) {
     struct kith_search *search = search_of(nodes, (*ops)->name), *of_points = search_of(points, (*ops)->name);
     for (int cutoff = 1; cutoff <= KITH_CUTOFF_boxes; ++cutoff)
       for (int relation = 0; relation < 6; ++relation) {
-        const bool points_are_targets = relation == 4, points_are_sources = relation == 5;
         struct kith_list_spec spec =
-            spec_of(points_are_targets ? points : nodes, points_are_targets ? of_points : search,
-                    points_are_sources ? points : nodes, points_are_sources ? of_points : search, cutoff);
+            spec_of(relation == 4 ? of_points : search, relation == 5 ? of_points : search, cutoff);
         struct kith_excluder once = {.ops = &kith_excluder_symmetric_duplicates},
                              self = {.ops = &kith_excluder_self, .next = relation == 2 ? &once : NULL};
         spec.targets.ghosts = relation == 0;
@@ -160,7 +157,7 @@ static void check_images_of_self(void) {
     struct kith_nodes *nodes = oracle_lattice(1, 1, 1.2);
     struct kith_search *search = search_of(nodes, "tree");
     for (int a = 0; a < NDIM; ++a) oracle_ghosts(nodes, a, mirror, 1.2);
-    struct kith_list_spec spec = spec_of(nodes, search, nodes, search, KITH_CUTOFF_gather);
+    struct kith_list_spec spec = spec_of(search, search, KITH_CUTOFF_gather);
     struct kith_excluder once = {.ops = &kith_excluder_symmetric_duplicates},
                          self = {.ops = &kith_excluder_self, .next = &once};
     spec.excluders = &self;
@@ -202,7 +199,7 @@ static void check_refusals(void) {
                     *other = oracle_random(1, count, 0.4, 1, &state);
   struct kith_search *search = search_of(nodes, "tree"), *second = search_of(nodes, "grid"),
                      *elsewhere = search_of(other, "tree");
-  const struct kith_list_spec good = spec_of(nodes, search, nodes, search, KITH_CUTOFF_gather);
+  const struct kith_list_spec good = spec_of(search, search, KITH_CUTOFF_gather);
   struct kith_excluder once = {.ops = &kith_excluder_symmetric_duplicates},
                        twice = {.ops = &kith_excluder_symmetric_duplicates, .next = &once};
   struct kith_list_spec spec;
@@ -285,7 +282,7 @@ static void check_updates(void) {
     uint64_t state = 4;
     struct kith_nodes *nodes = oracle_random(1, count, 0.3, 1, &state);
     struct kith_search *search = search_of(nodes, "grid");
-    struct kith_list_spec spec = spec_of(nodes, search, nodes, search, KITH_CUTOFF_gather_scatter);
+    struct kith_list_spec spec = spec_of(search, search, KITH_CUTOFF_gather_scatter);
     struct kith_list *list;
     enum kith_rebuild_reason why;
     for (kith_index i = 0; i < 40; ++i) nodes->support->f64[i] = 0.28;
@@ -327,7 +324,7 @@ static void check_vanishing_sources(void) {
   uint64_t state = 6;
   struct kith_nodes *nodes = oracle_random(1, count, 0.5, 1, &state);
   struct kith_search *search = search_of(nodes, "tree");
-  struct kith_list_spec spec = spec_of(nodes, search, nodes, search, KITH_CUTOFF_gather);
+  struct kith_list_spec spec = spec_of(search, search, KITH_CUTOFF_gather);
   struct kith_list *list;
   enum kith_rebuild_reason why;
   spec.sources.chosen = is_before, spec.sources.context = &most;
@@ -370,7 +367,7 @@ static void check_reducers(void) {
                     *one = oracle_random(1, lone, 1, 1, &state);
   for (int k = 0; k < 4; ++k) {
     struct kith_search *search = search_of(nodes, k == 1 ? "grid" : "tree");
-    struct kith_list_spec spec = spec_of(nodes, search, nodes, search, KITH_CUTOFF_gather_scatter);
+    struct kith_list_spec spec = spec_of(search, search, KITH_CUTOFF_gather_scatter);
     struct kith_excluder self = {.ops = &kith_excluder_self};
     struct kith_list *list;
     enum kith_rebuild_reason why;
@@ -388,7 +385,7 @@ static void check_reducers(void) {
   }
   omp_set_num_threads(2);
   struct kith_search *search = search_of(one, "tree");
-  struct kith_list_spec spec = spec_of(one, search, one, search, KITH_CUTOFF_gather);
+  struct kith_list_spec spec = spec_of(search, search, KITH_CUTOFF_gather);
   struct kith_excluder self = {.ops = &kith_excluder_self};
   struct kith_list *list;
   enum kith_rebuild_reason why;
