@@ -79,19 +79,10 @@ static kith_status reorder(struct kith_integrator *it) {
   const bool due = it->since_reorder == 0 || it->since_reorder >= (uint64_t)it->reorder_every;
   it->since_reorder = due ? 1 : it->since_reorder + 1;
   if (it->reorder_every == 0 || !due) return KITH_OK;
-  kith_index *order = NULL;
-  bool sorted;
-  double lower[NDIM], upper[NDIM];
+  bool sorted = true;
   kith_profile_begin(it->profile, "reorder");
-  kith_status status = kith_resize(&order, 0, (size_t)it->nodes->n_internal, sizeof *order);
-  kith_search_cube(it->nodes->position->f64, it->nodes->n_internal, lower,
-                   upper); /* the cube of the tree, which then need not sort */
-  if (status == KITH_OK) status = kith_nodes_curve_order(it->nodes, lower, upper, order, &sorted);
-  if (status == KITH_OK && !sorted) {
-    status = kith_nodes_reorder(it->nodes, order);
-    it->ledger.reorders += 1;
-  }
-  kith_free(&order);
+  const kith_status status = kith_search_sort_nodes(it->nodes, &sorted);
+  it->ledger.reorders += !sorted;
   kith_profile_end(it->profile);
   return status;
 }

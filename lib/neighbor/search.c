@@ -2,6 +2,7 @@
 #include "lib/neighbor/search.h"
 
 #include "lib/core/family.h"
+#include "lib/core/sfc_key.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -299,6 +300,17 @@ void kith_search_cube(const double *x, kith_index n, double *lower, double *uppe
     lower[a] = n > 0 ? floor(box.lower[a] / unit) * unit : 0;
     upper[a] = lower[a] + 2 * unit;
   }
+}
+
+kith_status kith_search_sort_nodes(struct kith_nodes *nodes, bool *sorted) {
+  uint64_t *key = NULL;
+  double lower[NDIM], upper[NDIM];
+  KITH_TRY(kith_resize(&key, 0, (size_t)nodes->n_internal, sizeof *key));
+  kith_search_cube(nodes->position->f64, nodes->n_internal, lower, upper);
+  kith_sfc_keys(nodes->position->f64, nodes->n_internal, lower, upper, key);
+  const kith_status status = kith_nodes_sort(nodes, key, sorted);
+  kith_free(&key);
+  return status;
 }
 
 /* For members. */

@@ -200,9 +200,11 @@ size_t kith_search_bytes(const struct kith_search *search);
 
 /* The cube whose Morton curve the tree follows: at least twice as wide as x[n][NDIM], cells at powers of two
  * counted from the origin of space, so that the order of nodes hardly depends on where the outermost ones
- * are. Reorder the nodes with kith_nodes_curve_order in this cube, and the tree need not sort and candidates
- * ascend in node index. */
+ * are. */
 void kith_search_cube(const double *x, kith_index n, double *lower, double *upper);
+/* Sorts the nodes of each list along this curve (kith_nodes_sort): then the tree need not sort, and
+ * candidates ascend in node index. */
+kith_status kith_search_sort_nodes(struct kith_nodes *nodes, bool *sorted);
 
 /* The box around x[n][NDIM], and the largest search radius of all nodes. */
 struct kith_box kith_box_around(const double *x, kith_index n);

@@ -154,14 +154,7 @@ kith_status kith_nodes_all_left(struct kith_ranks *ranks, uint64_t before, uint6
 }
 
 kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes) {
-  kith_index *order = NULL;
-  bool sorted = true;
-  kith_status status = kith_resize(&order, 0, (size_t)nodes->n_internal, sizeof *order);
-  if (status == KITH_OK)
-    status = kith_nodes_order_by(nodes, (const uint64_t *)nodes->id->i64, order, &sorted);
-  if (status == KITH_OK && !sorted) status = kith_nodes_reorder(nodes, order);
-  kith_free(&order);
-  return status;
+  return kith_nodes_sort(nodes, (const uint64_t *)nodes->id->i64, NULL);
 }
 
 /* Divides the range of all ids into `parts`, and sends each node to the rank of its part. */

@@ -243,13 +243,9 @@ kith_status kith_nodes_delete(struct kith_nodes *nodes, const uint8_t *dead);
 /* New internal node k is old node order[k]: a permutation that keeps every node in its list. Ghosts are
  * dropped. */
 kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order);
-/* The permutation that sorts each list by key[n_internal], then id: order[n_internal], written. *sorted: the
- * nodes are in this order already. */
-kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *key, kith_index *order,
-                                bool *sorted);
-/* As kith_nodes_order_by, by keys of the space-filling curve in the box lower .. upper. */
-kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
-                                   kith_index *order, bool *sorted);
+/* Sorts each list by key[n_internal], then id. *sorted (may be NULL): the nodes were in this order already,
+ * and nothing was done. */
+kith_status kith_nodes_sort(struct kith_nodes *nodes, const uint64_t *key, bool *sorted);
 
 /* Drops all ghosts and shifts. */
 void kith_nodes_drop_ghosts(struct kith_nodes *nodes);

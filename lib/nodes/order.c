@@ -86,8 +86,9 @@ kith_status kith_nodes_reorder(struct kith_nodes *nodes, const kith_index *order
   return KITH_OK;
 }
 
-kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *key, kith_index *order,
-                                bool *sorted) {
+/* The permutation that sorts each list by key, then id. */
+static kith_status find_order(const struct kith_nodes *nodes, const uint64_t *key, kith_index *order,
+                              bool *sorted) {
   *sorted = true;
   struct kith_keyed *scratch;
   KITH_TRY(kith_nodes_work(nodes, 2 * (size_t)nodes->n_internal * sizeof *scratch, &scratch));
@@ -103,13 +104,14 @@ kith_status kith_nodes_order_by(const struct kith_nodes *nodes, const uint64_t *
   return KITH_OK;
 }
 
-kith_status kith_nodes_curve_order(const struct kith_nodes *nodes, const double *lower, const double *upper,
-                                   kith_index *order, bool *sorted) {
-  uint64_t *key = NULL;
-  KITH_TRY(kith_resize(&key, 0, (size_t)nodes->n_internal, sizeof *key));
-  kith_sfc_keys(nodes->position->f64, nodes->n_internal, lower, upper, key);
-  const kith_status status = kith_nodes_order_by(nodes, key, order, sorted);
-  kith_free(&key);
+kith_status kith_nodes_sort(struct kith_nodes *nodes, const uint64_t *key, bool *sorted) {
+  kith_index *order = NULL;
+  bool same = true;
+  kith_status status = kith_resize(&order, 0, (size_t)nodes->n_internal, sizeof *order);
+  if (status == KITH_OK) status = find_order(nodes, key, order, &same);
+  if (status == KITH_OK && !same) status = kith_nodes_reorder(nodes, order);
+  if (sorted != NULL) *sorted = same;
+  kith_free(&order);
   return status;
 }
 

@@ -41,18 +41,11 @@ static void place_node(struct kith_nodes *nodes, kith_index i, kith_index side, 
 /* Nodes are in curve order, as in runs. */
 static kith_status make_cloud(struct kith_nodes **out, kith_index side, struct cloud cloud) {
   const kith_index n = (kith_index)kith_pow_dim(side);
-  double lower[NDIM], upper[NDIM];
-  kith_index first, *order = NULL;
-  bool sorted;
+  kith_index first;
   KITH_TRY(kith_nodes_create(out, 1, (const char *const[]){"cloud"}));
   KITH_TRY(kith_nodes_append(*out, 0, n, &first));
   for (kith_index i = 0; i < n; ++i) place_node(*out, i, side, cloud);
-  kith_search_cube((*out)->position->f64, n, lower, upper);
-  KITH_TRY(kith_resize(&order, 0, (size_t)n, sizeof *order));
-  kith_status status = kith_nodes_curve_order(*out, lower, upper, order, &sorted);
-  if (status == KITH_OK && !sorted) status = kith_nodes_reorder(*out, order);
-  kith_free(&order);
-  return status;
+  return kith_search_sort_nodes(*out, NULL);
 }
 
 /* Moves every `stride`-th node by up to a fraction of its radius along each axis, and changes its radius. */

@@ -113,17 +113,12 @@ static void check_threads(void) {
 static void sort_along(struct kith_nodes *nodes, int axis) {
   const size_t n = (size_t)nodes->n_internal;
   uint64_t *key = NULL;
-  kith_index *order = NULL;
-  bool sorted;
   CHECK_OK(kith_resize(&key, 0, n, sizeof *key));
-  CHECK_OK(kith_resize(&order, 0, n, sizeof *order));
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     key[i] = axis < 0 ? (uint64_t)nodes->id->i64[i]
                       : (uint64_t)(1e9 * (1 + nodes->position->f64[i * NDIM + axis]));
-  CHECK_OK(kith_nodes_order_by(nodes, key, order, &sorted));
-  CHECK_OK(kith_nodes_reorder(nodes, order));
+  CHECK_OK(kith_nodes_sort(nodes, key, NULL));
   kith_free(&key);
-  kith_free(&order);
 }
 
 /* A number that depends on the ghosts, but not on their order. */

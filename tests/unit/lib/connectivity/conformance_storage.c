@@ -73,13 +73,8 @@ static void conforms(const char *words) {
 static double bytes_of(const char *words, double search_radius, int n) {
   struct kith_nodes *nodes = oracle_lattice(1, n, search_radius / n);
   struct kith_stored stored;
-  kith_index *order = calloc((size_t)nodes->n_internal, sizeof *order),
-             *node = calloc((size_t)nodes->n_internal, sizeof *node);
-  double lower[NDIM], upper[NDIM];
-  bool sorted;
-  kith_search_cube(nodes->position->f64, nodes->n_internal, lower, upper);
-  CHECK_OK(kith_nodes_curve_order(nodes, lower, upper, order, &sorted));
-  CHECK_OK(kith_nodes_reorder(nodes, order));
+  kith_index *node = calloc((size_t)nodes->n_internal, sizeof *node);
+  CHECK_OK(kith_search_sort_nodes(nodes, NULL));
   struct kith_connectivity *c =
       oracle_build(nodes, kith_search_find("tree"), (struct kith_requirements){.rows = true}, NULL);
   CHECK_OK(kith_stored_create(&stored, words));
@@ -91,7 +86,6 @@ static double bytes_of(const char *words, double search_radius, int n) {
   kith_stored_clear(&stored);
   kith_connectivity_destroy(&c);
   kith_nodes_destroy(&nodes);
-  free(order);
   free(node);
   return bytes;
 }

@@ -264,15 +264,7 @@ static void test_far_off(const struct kith_search_ops *ops) {
 static void test_threads(const struct kith_search_ops *ops, bool along) {
   const kith_index n = 30000, strays = along ? 300 : 0;
   struct kith_nodes *nodes = make_nodes(CLUSTERED, n, 1);
-  if (along) {
-    double lower[NDIM], upper[NDIM];
-    bool sorted;
-    kith_index *order = malloc(sizeof *order * (size_t)n);
-    kith_search_cube(nodes->position->f64, n, lower, upper);
-    CHECK_OK(kith_nodes_curve_order(nodes, lower, upper, order, &sorted));
-    CHECK_OK(kith_nodes_reorder(nodes, order));
-    free(order);
-  }
+  if (along) CHECK_OK(kith_search_sort_nodes(nodes, NULL));
   add_ghosts(nodes, 0, true);
   kith_index *moved = malloc(sizeof *moved * 300);
   for (kith_index k = 0; k < 300; ++k) moved[k] = below(n);
