@@ -191,8 +191,7 @@ static kith_status write_snapshot(const char *path, const struct kith_simulation
       .notes = notes};
   for (int a = 0; a < NDIM; ++a) info.periodic[a] = simulation->scene->period[a] > 0;
   struct kith_nodes *dealt = NULL;
-  if (simulation->scene->reproducible)
-    KITH_TRY(kith_nodes_by_id(simulation->nodes, kith_ranks_size(simulation->nodes->ranks), &dealt));
+  if (simulation->scene->reproducible) KITH_TRY(kith_nodes_by_id(simulation->nodes, &dealt));
   const kith_status status = kith_snapshot_write(path, dealt != NULL ? dealt : simulation->nodes, &info);
   kith_nodes_destroy(&dealt);
   return status;

@@ -167,7 +167,7 @@ static kith_status read_all(struct kith_checkpoint *c, struct kith_output *outpu
   struct kith_ranks *ranks = m->nodes->ranks;
   struct kith_nodes *by_id = NULL;
   KITH_TRY(kith_ranks_allreduce_status(ranks, read_share(c, output, m, saved, path)));
-  KITH_TRY(kith_nodes_by_id(m->nodes, kith_ranks_size(ranks), &by_id));
+  KITH_TRY(kith_nodes_by_id(m->nodes, &by_id));
   const kith_status status = kith_ranks_allreduce_status(ranks, check_ids(by_id, path));
   kith_nodes_destroy(&by_id);
   KITH_TRY(status);

@@ -157,8 +157,9 @@ kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes) {
   return kith_nodes_sort(nodes, (const uint64_t *)nodes->id->i64, NULL);
 }
 
-/* Divides the range of all ids into `parts`, and sends each node to the rank of its part. */
-static kith_status send_by_id(struct kith_nodes *copy, int parts) {
+/* Divides the range of all ids into a part for each rank, and sends each node to the rank of its part. */
+static kith_status send_by_id(struct kith_nodes *copy) {
+  const int parts = kith_ranks_size(copy->ranks);
   const int64_t *id = copy->id->i64;
   double ends[2] = {-INFINITY, -INFINITY}; /* minus the smallest, the largest */
   int32_t *to = NULL;
@@ -180,11 +181,11 @@ static kith_status send_by_id(struct kith_nodes *copy, int parts) {
   return kith_nodes_all_left(copy->ranks, count[0], count[1]);
 }
 
-kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct kith_nodes **out) {
+kith_status kith_nodes_by_id(const struct kith_nodes *nodes, struct kith_nodes **out) {
   *out = NULL;
   kith_status status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_copy(out, nodes, false));
   if (status == KITH_OK) (*out)->ranks = nodes->ranks;
-  if (status == KITH_OK && nodes->ranks != NULL) status = send_by_id(*out, parts);
+  if (status == KITH_OK && nodes->ranks != NULL) status = send_by_id(*out);
   if (status == KITH_OK) status = kith_ranks_allreduce_status(nodes->ranks, kith_nodes_sort_by_id(*out));
   if (status != KITH_OK) kith_nodes_destroy(out);
   return status;

@@ -24,8 +24,8 @@ kith_status kith_nodes_sort_by_id(struct kith_nodes *nodes);
 kith_status kith_nodes_counts(const struct kith_nodes *nodes, int64_t **counts);
 
 /* A copy with the fields of snapshots (those with an `output` name, and the fields that all nodes have), in
- * an order that does not depend on the number of ranks: list by list, rank by rank, ids ascend. Each of the
- * first `parts` ranks gets an equal range of ids; 1: all nodes on rank 0. Owned by the caller. Collective. */
-kith_status kith_nodes_by_id(const struct kith_nodes *nodes, int parts, struct kith_nodes **out);
+ * an order that does not depend on the number of ranks: list by list, rank by rank, ids ascend. Each rank
+ * gets an equal range of ids. Owned by the caller. Collective. */
+kith_status kith_nodes_by_id(const struct kith_nodes *nodes, struct kith_nodes **out);
 
 #endif

@@ -133,7 +133,7 @@ static void gathered_by_id(void) {
     const struct kith_nodes *nodes = s.simulation->nodes;
     int64_t most;
     kith_index *place = scenario_indices(&s, &most);
-    CHECK_OK(kith_nodes_by_id(nodes, 1, &whole));
+    CHECK_OK(kith_nodes_by_id(nodes, &whole));
     CHECK(whole->n_internal == nodes->n_internal && whole->n_ghost == 0);
     for (int l = 0; l < nodes->n_lists; ++l) CHECK(whole->lists[l].count == nodes->lists[l].count);
     const struct kith_field *mass = kith_nodes_field_named(whole, "mass");
