@@ -165,15 +165,16 @@ const struct kith_config_node *kith_config_at(const struct kith_config *config, 
 struct reader {
   yaml_parser_t parser;
   yaml_event_t event; /* the present one; empty before the first is read */
-  const char *file, *text;
+  const char *text;
   size_t length;
-  bool has_lines;                  /* false: an override */
-  struct kith_config_node *target; /* the root of the tree that is read */
+  struct kith_source_location start; /* of the text; line 0: an override */
+  struct kith_config_node *target;   /* the root of the tree that is read */
 };
 
 static struct kith_source_location event_location(const struct reader *r) {
-  const int line = (int)r->event.start_mark.line + 1;
-  return (struct kith_source_location){r->file, r->has_lines ? line : 0, r->has_lines ? 0 : 1, false};
+  struct kith_source_location location = r->start;
+  if (location.line > 0) location.line = (int)r->event.start_mark.line + 1;
+  return location;
 }
 
 static kith_status fail_here(const struct reader *r, struct kith_config_node *node, const char *key,
@@ -197,13 +198,14 @@ static void copy_line(const struct reader *r, size_t line, char *to, size_t size
  * up to which lines are counted. */
 static kith_status fail_syntax(const struct reader *r) {
   const yaml_parser_t *p = &r->parser;
-  if (p->error == YAML_MEMORY_ERROR) KITH_FAIL(NO_MEMORY, "no memory to parse %.200s", r->file);
+  if (p->error == YAML_MEMORY_ERROR) KITH_FAIL(NO_MEMORY, "no memory to parse %.200s", r->start.file);
   size_t line = p->problem_mark.line;
   if (p->error == YAML_READER_ERROR) {
     line = 0;
     for (size_t i = 0; i < KITH_MIN(p->problem_offset, r->length); ++i) line += r->text[i] == '\n';
   }
-  r->target->location = (struct kith_source_location){r->file, r->has_lines ? (int)line + 1 : 0, 0, false};
+  r->target->location = r->start;
+  if (r->start.line > 0) r->target->location.line = (int)line + 1;
   char text[512];
   copy_line(r, line, text, sizeof text);
   if (text[0] == '\t') return kith_config_fail(r->target, NULL, "not YAML: indented by a tab; take blanks");
@@ -236,7 +238,7 @@ static kith_status check_key(const struct reader *r, struct kith_config_node *ma
   if (map->n >= MOST_KEYS) return fail_here(r, map, text, "more than 256 keys in one map");
   const struct kith_config_node *first = child_of(map, text, length);
   if (first == NULL) return KITH_OK;
-  if (r->has_lines) snprintf(what, sizeof what, "duplicate key, first on line %d", first->location.line);
+  if (r->start.line > 0) snprintf(what, sizeof what, "duplicate key, first on line %d", first->location.line);
   return fail_here(r, map, text, what);
 }
 
@@ -310,7 +312,7 @@ static kith_status read_document(struct reader *r, struct kith_config_node *node
 static kith_status parse(struct kith_config *config, const char *text, size_t length) {
   const struct kith_source_location top = {config->file, 1, 0, false};
   KITH_TRY(node_add(&config->root, NULL, NULL, 0, top));
-  struct reader r = {.file = config->file, .text = text, .length = length, .has_lines = true};
+  struct reader r = {.text = text, .length = length, .start = top};
   KITH_TRY(read_document(&r, config->root));
   if (config->root->null) return kith_config_fail(config->root, NULL, "the scene is empty");
   return kith_config_want(config->root, KITH_CONFIG_MAP);
@@ -416,10 +418,8 @@ kith_status kith_config_override(struct kith_config *config, const char *assignm
   }
   kith_config_drop(node);
   node->location = place;
-  struct reader r = {.file = place.file, .text = equals + 1, .length = strlen(equals + 1)};
-  KITH_TRY(read_document(&r, node));
-  node->location.optional = optional;
-  return KITH_OK;
+  struct reader r = {.text = equals + 1, .length = strlen(equals + 1), .start = place};
+  return read_document(&r, node);
 }
 
 /* Moves the value of `from` to `node`; `from` is left a null. */

@@ -13,7 +13,9 @@
  * its partner gives
  *     (1 - 4 P_i / P*) |h_i|                                                              (3)
  * without which the energy of a cold node beside a hot one, accelerated beyond the speed of the face, would
- * become negative. It is 0 where pressures are within a factor 4.
+ * become negative. It is 0 where pressures are within a factor 4. Where P_i < P_j and the nodes recede from
+ * each other with dv > c_i, the 4 is max(1, 4 c_i / dv): in gas that expands faster than sound pressures fall
+ * steeply from node to node, and each node shall cool by its own.
  *
  * Pressure and velocity at the middle of a pair are reconstructed from linear-exact gradients of P and of
  * the velocity along the face. With the difference D = q_j - q_i of each and the slope a = grad q_i . (x_j -
@@ -23,12 +25,13 @@
  * it; the pressure loses no more than half. Chosen by experiment: van Leer's, L between 0 and D, has 1.5
  * times the error in Gresho's vortex and 0.9 times in Sod's tube; with L up to 2 D Noh's problem fails.
  *
- * Where nodes recede from each other, dv . A > 0, the pressure of their face is at most
- *     P*_ij <= 1.5 max(P_i, P_j)                                                          (5)
- * (of stiffened gases above -P0). Reconstructed velocities (4) may approach each other although the nodes
- * recede; in gas so cold that P* is of their difference, not of P, such a face takes many times the heat of
- * an expansion from both nodes, until their energies are negative. In flows below the speed of sound P* never
- * gets as far.
+ * The reconstructed velocities (4) of nodes that recede from each other, dv > 0 along the face, approach each
+ * other by no more than
+ *     0.2 c min(1, c / dv),  c = (c_i + c_j) / 2                                           (5)
+ * In gas so cold that dv >> c, the P* of such a face would come from their difference, not from P, and it
+ * would take more heat from both nodes than an expansion does: in gas that streams into a vacuum entropies
+ * fell by orders of magnitude, and energies became negative. In flows below the speed of sound velocities
+ * never get as far.
  *
  * The density is that of the node, where Hopkins reconstructs it too: nothing but the impedances rho c of
  * both sides depends on it, and through them P* and S* only as far as the reconstructed states differ. This
@@ -190,11 +193,13 @@ KITH_INLINE struct mfm_side reconstruct(struct mfm_side node, double above, doub
   return node;
 }
 
-/* Returns (3), which the end that loses `heat` gets back. In a stiffened gas pressures are relative to -P0,
- * where the sound speed is 0. */
-KITH_INLINE double heat_returned(double pressure, double own, double face, double heat) {
-  const double total = face + own - pressure;
-  return total > 4 * own ? KITH_MAX(-heat, 0.0) * (1 - 4 * own / total) : 0;
+/* Returns (3), which `node` gets back of the `heat` that it loses; own, partner: pressures above -P0. */
+KITH_INLINE double heat_returned(struct mfm_side node, double receding, double own, double partner,
+                                 double face, double heat) {
+  const bool cools = receding > node.sound && own < partner;
+  const double most = own * (cools ? KITH_MAX(1, 4 * node.sound / receding) : 4),
+               total = face + own - node.pressure;
+  return total > most ? KITH_MAX(-heat, 0.0) * (1 - most / total) : 0;
 }
 
 /* Evaluates the pair with this vector area of its face; closer: tension.h. */
@@ -222,18 +227,20 @@ KITH_INLINE void flux(double closer, const double *face, const double *restrict 
                                   i[MFM_SOUND],   i[MFM_GAMMA], i[MFM_INVERSE_GAMMA]},
                         node_j = {J(MFM_DENSITY), 0.5 * du,     J(MFM_PRESSURE),
                                   J(MFM_SOUND),   J(MFM_GAMMA), J(MFM_INVERSE_GAMMA)};
-  const struct mfm_side l = reconstruct(node_i, above_i, i[MFM_INVERSE_DENSITY], slope_i, there),
-                        r = reconstruct(node_j, above_j, J(MFM_INVERSE_DENSITY), slope_j, back);
+  struct mfm_side l = reconstruct(node_i, above_i, i[MFM_INVERSE_DENSITY], slope_i, there),
+                  r = reconstruct(node_j, above_j, J(MFM_INVERSE_DENSITY), slope_j, back);
+  const double sound = 0.5 * (node_i.sound + node_j.sound),
+               most = du > sound ? 0.2 * sound * sound / du : 0.2 * sound,
+               excess = du > 0 ? KITH_MAX(l.velocity - r.velocity - most, 0.0) : 0; /* (5) */
+  l.velocity -= 0.5 * excess, r.velocity += 0.5 * excess;
   struct mfm_star star = mfm_riemann(l, r);
-  const double most = KITH_MAX(i[MFM_PRESSURE] + 0.5 * above_i, J(MFM_PRESSURE) + 0.5 * above_j);
-  star.pressure = du > 0 ? KITH_MIN(star.pressure, most) : star.pressure; /* (5) */
   star.pressure = kith_tension(closer, star.pressure);
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * face[a];
   const double work = -0.5 * star.pressure * area * du,
                exchanged = KITH_MAX(star.pressure, 0.0) * area * star.velocity, heat_i = work - exchanged,
                heat_j = work + exchanged;
-  const double given = heat_returned(i[MFM_PRESSURE], above_i, star.pressure, heat_i) -
-                       heat_returned(J(MFM_PRESSURE), above_j, star.pressure, heat_j); /* by j to i */
+  const double given = heat_returned(node_i, du, above_i, above_j, star.pressure, heat_i) -
+                       heat_returned(node_j, du, above_j, above_i, star.pressure, heat_j); /* by j to i */
   OUT(KITH_HEAT) = heat_i + given;
   OUT(KITH_PARTNER_HEAT) = heat_j - given;
   OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (i[MFM_SOUND] + J(MFM_SOUND)) + KITH_MAX(-du, 0.0) : 0;

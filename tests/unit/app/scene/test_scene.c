@@ -152,6 +152,16 @@ static void drops_idle_keys(void) {
   "materials: {gas: {gamma: 3/2}}\n"                                    \
   "until: 0.2\n"
 
+/* KEY?=VALUE is dropped if it means nothing, whether the value is a word or a map; KEY=VALUE is refused. */
+static void drops_optional_maps(void) {
+  static const char text[] =
+      BASE "regions: [{material: gas, density: 2, energy: 1}]\nmethod: {package: mfm}\n";
+  struct kith_scene *s;
+  CHECK_OK(read_text(&s, text, "method.viscosity?={name: monaghan, alpha: 2}"));
+  kith_scene_destroy(&s);
+  CHECK_STATUS(KITH_BAD_INPUT, read_text(&s, text, "method.viscosity={name: monaghan, alpha: 2}"));
+}
+
 static struct kith_scene *read_exact(const char *rest) {
   char text[2048];
   struct kith_scene *scene;
@@ -434,6 +444,7 @@ int main(void) {
   example();
   reads_overrides();
   drops_idle_keys();
+  drops_optional_maps();
   derives_sedov();
   derives_others();
   derives_gresho();

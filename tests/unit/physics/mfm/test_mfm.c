@@ -128,12 +128,15 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
     }
     const double dp = m->t.pressure[p->node] - m->t.pressure[i];
     const double there[] = {dp, du}, from[] = {-dp, -du};
-    const struct mfm_side l = state_of(w, m, i, one, d, n, there),
-                          r = state_of(w, m, p->node, p->sign, back, n, from);
+    struct mfm_side l = state_of(w, m, i, one, d, n, there),
+                    r = state_of(w, m, p->node, p->sign, back, n, from);
+    const double ci = m->t.sound[i], cj = m->t.sound[p->node], mean_c = (ci + cj) / 2;
+    const double approach = l.velocity - r.velocity, most = 0.2 * mean_c * fmin(1, mean_c / du);
+    if (du > 0 && approach > most) /* (5) */
+      l.velocity -= (approach - most) / 2, r.velocity += (approach - most) / 2;
     struct mfm_star star = mfm_riemann(l, r);
     const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
     const double pi = m->t.pressure[i] + zero_i, pj = m->t.pressure[p->node] + zero_j;
-    if (du > 0) star.pressure = fmin(star.pressure, fmax(1.5 * pi - zero_i, 1.5 * pj - zero_j)); /* (5) */
     star.pressure = truth_tension(w, &m->t, i, p, star.pressure);
     if (star.pressure < 0) star.velocity = 0;
     signal = fmax(signal, 0.5 * (m->t.sound[i] + m->t.sound[p->node]) + fmax(0, -du));
@@ -146,9 +149,12 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
     }
     rate += heat;
     /* Equation (3). */
-    if (heat < 0 && star.pressure + zero_i > 4 * pi) rate -= heat * (1 - 4 * pi / (star.pressure + zero_i));
-    if (heat_j < 0 && star.pressure + zero_j > 4 * pj)
-      rate += heat_j * (1 - 4 * pj / (star.pressure + zero_j));
+    const double times_i = du > ci && pi < pj ? fmax(1, 4 * ci / du) : 4,
+                 times_j = du > cj && pj < pi ? fmax(1, 4 * cj / du) : 4;
+    if (heat < 0 && star.pressure + zero_i > times_i * pi)
+      rate -= heat * (1 - times_i * pi / (star.pressure + zero_i));
+    if (heat_j < 0 && star.pressure + zero_j > times_j * pj)
+      rate += heat_j * (1 - times_j * pj / (star.pressure + zero_j));
   }
   for (int a = 0; a < NDIM; ++a) m->t.acceleration[i][a] = force[a] / w->hydro.mass->f64[i];
   truth_energy(w, &m->t, i, rate);
