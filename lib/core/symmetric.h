@@ -76,4 +76,24 @@ KITH_INLINE bool kith_invert_symmetric(const double *m, double least, double *in
   return true;
 }
 
+/* The inverse of M = sum w x x over the neighbors of a node, for forces. Where they lie almost in a line or a
+ * plane, as in the outermost row of gas that flies apart, M^-1 is so large across it that the row buckles,
+ * whatever the time step is. So M is first made more isotropic,
+ *     M' = (1 - s) M + s (tr M^2 / tr M) I,  s = max(0, 1 - e / 0.5),  e = det M / (tr M / d)^d,
+ * where e is 1 if M is isotropic, 0.3 for a square lattice pressed together 4 : 1, and 0 if M is singular.
+ * M' is M along such a line or plane. Zero and false for a node without neighbors. */
+KITH_INLINE bool kith_invert_moments(const double *m, double *inverse) {
+  const double trace = kith_symmetric_trace(m), scale = trace > 0 ? NDIM / trace : 0;
+  double even[KITH_SYMMETRIC_SIZE], square = 0;
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) even[k] = m[k] * scale;
+  for (int a = 0; a < NDIM; ++a)
+    for (int b = 0; b < NDIM; ++b) square += even[kith_symmetric_at(a, b)] * even[kith_symmetric_at(a, b)];
+  const double s = KITH_MAX(0, 1 - kith_symmetric_determinant(even) / 0.5);
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) even[k] *= 1 - s;
+  for (int a = 0; a < NDIM; ++a) even[kith_symmetric_at(a, a)] += s * square / NDIM;
+  const bool inverted = kith_invert_symmetric(even, 0, inverse);
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k) inverse[k] *= scale;
+  return inverted;
+}
+
 #endif

@@ -105,28 +105,14 @@ KITH_INLINE int triple_of(int a, int b, int c) {
   return before + m * rest - m * (m - 1) / 2 + high - middle;
 }
 
-/* Returns e of (5): 1 if neighbors are isotropic, less the flatter they lie. */
-static double isotropy(const double *m2) {
-  return kith_symmetric_determinant(m2) / kith_pow_dim(kith_symmetric_trace(m2) / NDIM);
-}
-
-/* Returns p of (5). */
-static double trusted_part(const double *m2) {
-  static const double flat = 0.01, even = 0.1; /* e at which p is 0, 1 */
-  const double u = KITH_MIN(KITH_MAX((isotropy(m2) - flat) / (even - flat), 0), 1);
-  return u * u * (3 - 2 * u);
-}
-
-/* Computes the coefficients by (2), (3) from the sums; false if m2 has no inverse. */
+/* Computes the coefficients by (2), (3) from the sums; false if there are no neighbors. */
 static bool correct(const double *s, double *A, double *C, double *dA, double *dC) {
   double inverse[SYMMETRIC], B[NDIM], dB[NDIM][NDIM];
-  const bool regular = kith_invert_symmetric(s + M2, 1e-6, inverse);
-  const double part = regular ? trusted_part(s + M2) : 0;
+  const bool regular = kith_invert_moments(s + M2, inverse);
   double denominator = s[M0];
-  for (int k = 0; k < SYMMETRIC; ++k) inverse[k] *= part;
   for (int a = 0; a < NDIM; ++a) {
     B[a] = 0;
-    for (int b = 0; regular && b < NDIM; ++b) B[a] -= inverse[kith_symmetric_at(a, b)] * s[M1 + b];
+    for (int b = 0; b < NDIM; ++b) B[a] -= inverse[kith_symmetric_at(a, b)] * s[M1 + b];
     denominator += B[a] * s[M1 + a];
   }
   *A = 1 / denominator;
@@ -142,7 +128,7 @@ static bool correct(const double *s, double *A, double *C, double *dA, double *d
     dA[c] = -*A * *A * change;
     for (int b = 0; b < NDIM; ++b) {
       dB[b][c] = 0;
-      for (int a = 0; regular && a < NDIM; ++a) dB[b][c] -= inverse[kith_symmetric_at(a, b)] * flux[a];
+      for (int a = 0; a < NDIM; ++a) dB[b][c] -= inverse[kith_symmetric_at(a, b)] * flux[a];
       dC[b * NDIM + c] = dA[c] * B[b] + *A * dB[b][c];
     }
   }

@@ -9,12 +9,9 @@
  * and so does its gradient, with the gradients of A and C from those of the moments:
  *     dB = -m2^-1 (dm1 + dm2 B), dA = -A^2 (dm0 + 2 dm1 . B + B . dm2 B), dC = dA B + A dB            (3)
  *     grad W^R_ij = (dA + C + dC . x) W + (A + C . x) grad W                                          (4)
- * Where neighbors lie in a line or a plane but for some that enter the support, m2^-1, and with it dC, grows
- * beyond all bounds, and so do displacements across it: gas that leaves a wall got negative energies,
- * whatever the time step. So m2^-1 is multiplied by
- *     p = u^2 (3 - 2 u), u = (e - 0.01) / 0.09 between 0 and 1, e = det m2 / (tr m2 / d)^d            (5)
- * which is 1 for all but such nodes: a lattice pressed together 4 : 1 has e = 0.3 in 2-D.
- * A node whose m2 has no inverse keeps A = 1 / m0, C = 0, and is counted as a fallback. */
+ * m2^-1 as in kith_invert_moments: where neighbors lie almost in a line or a plane, it would grow beyond all
+ * bounds, and so would displacements across it: gas that leaves a wall got negative energies, whatever the
+ * time step. A node without neighbors has A = 1 / m0, C = 0, and is counted as a fallback. */
 #ifndef KITH_PHYSICS_CRK_MOMENTS_H
 #define KITH_PHYSICS_CRK_MOMENTS_H
 

@@ -34,10 +34,6 @@ struct kith_requirements mfm_faces_requirements(const struct mfm_faces *f) {
       .rows = true, .overlap = integrated, .overlap_pairs = integrated, .ghost_rows = integrated};
 }
 
-bool mfm_invert(const double *m, double *inverse) {
-  return kith_invert_symmetric(m, 0.05 / kith_pow_dim(NDIM), inverse);
-}
-
 /* --- integrated faces --- */
 
 static const struct kith_pairwise_spec face_area = {"face_area", NDIM, false,

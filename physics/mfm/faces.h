@@ -7,15 +7,14 @@
  *   one-point   between neighbors (Hopkins 2015, MNRAS 450, 53):
  *                   A_ij = V_i psi~_j(x_i) - V_j psi~_i(x_j) = (w_i V_i M_i^-1 + w_j V_j M_j^-1) (x_j - x_i),
  *                   M_i = sum_j w_i (x_j - x_i) (x_j - x_i), w_i = w(r_ij / H_i)
- *               Both matrices are positive, so a face always points towards the neighbor. Where M has no good
- *               inverse (all neighbors on a line, or on one side) that end contributes as in SPH, -V^2 grad
- *               W. w is -W'(q) / q, in 1-D W(q). Hopkins has W in all dimensions. But in 2-D and 3-D the
- *               force of an even pressure, -P sum_j A_ij, then is not the gradient of any energy: shears of a
- *               lattice grow from round-off, whatever the lattice is, and drive the nodes for ever. With
- *               -W' / q the faces are those of SPH with a matrix in place of a constant, so to first order
- *               the force is the gradient of a kernel sum, as in SPH. It orders nodes and is 0 on the
- *               lattices on which that sum is largest (`kith plan` names them); other lattices give way, and
- *               then come to rest. On a line nothing shears, and W has a tenth less error.
+ *               Both matrices are positive, so a face always points towards the neighbor. M^-1 as in
+ *               kith_invert_moments. w is -W'(q) / q, in 1-D W(q). Hopkins has W in all dimensions. But in
+ *               2-D and 3-D the force of an even pressure, -P sum_j A_ij, then is not the gradient of any
+ *               energy: shears of a lattice grow from round-off, whatever the lattice is, and drive the nodes
+ *               for ever. With -W' / q the faces are those of SPH with a matrix in place of a constant, so to
+ *               first order the force is the gradient of a kernel sum, as in SPH. It orders nodes and is 0 on
+ *               the lattices on which that sum is largest (`kith plan` names them); other lattices give way,
+ *               and then come to rest. On a line nothing shears, and W has a tenth less error.
  *               In a face V_i counts as 16 V_j at most, and V_j likewise. A node that has left the gas has
  *               its partners at the far edge of its support. The pressure of gas that is 10^4 times as dense
  *               would press on it there, through faces as large as its volume, and throw it away.
@@ -65,7 +64,7 @@ struct mfm_faces {
   double neighbors;             /* V = ball H^d / neighbors */
   struct kith_profile *profile; /* may be NULL */
   /* Fields, registered by mfm_faces_init. */
-  struct kith_field *matrix;     /* one-point: V M^-1, upper triangle; zero: none. Filled by the caller */
+  struct kith_field *matrix;     /* one-point: V M^-1, upper triangle. Filled by the caller */
   struct kith_field *quadrature; /* integrated: sqrt(V) / s */
   struct kith_field *stretch;    /* integrated: s_i - 1 of (1) */
 
@@ -90,31 +89,19 @@ struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
  * Collective: all ranks agree on the status. */
 kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
-/* Inverts the sum M; false if it is close to singular: the worst direction has about 1/60 of the others. */
-bool mfm_invert(const double *m, double *inverse);
-
 /* Returns w of one-point faces and of the sum M, from the value of the kernel and g = W' / q. */
 KITH_INLINE double mfm_weight(double w, double g) {
   return NDIM == 1 ? w : -g;
 }
 
-/* Returns -V^2 C / H^(d + 2) for a node without a matrix, which contributes to a face as in SPH (times g);
- * else 0. */
-static inline double mfm_central(const struct mfm_faces *f, kith_index i) {
-  const double h = f->nodes->support->f64[i], volume_h = kith_ball() / f->neighbors; /* V / H^d */
-  if (f->matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE] > 0) return 0;
-  return -kith_kernel_constant(f->kernel) * volume_h * volume_h * kith_pow_dim(h) / (h * h);
-}
-
 /* Computes the part of one end in the one-point face from i to j, d = x_j - x_i, r = |d|. The components of
  * its matrix are `stride` apart. */
 KITH_INLINE void mfm_one_point_part(enum kith_kernel kernel, double r, const double *restrict d,
-                                    double inverse_support, double central, const double *restrict matrix,
-                                    int stride, double *restrict part) {
+                                    double inverse_support, const double *restrict matrix, int stride,
+                                    double *restrict part) {
   double w, g;
   kith_kernel_value(kernel, r * inverse_support, &w, &g);
   kith_symmetric_times(mfm_weight(w, g), matrix, stride, d, part);
-  for (int a = 0; a < NDIM; ++a) part[a] += central * g * d[a];
 }
 
 #endif

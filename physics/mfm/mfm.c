@@ -123,7 +123,7 @@ KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients
     sum_row(kernel, pass, i, s, moment, pressure);
     s->count[KITH_COUNT_EVALUATIONS] +=
         pass->connectivity->rows.first[i + 1] - pass->connectivity->rows.first[i];
-    if (!mfm_invert(moment, inverse)) s->count[KITH_COUNT_FALLBACKS] += 1;
+    if (!kith_invert_moments(moment, inverse)) s->count[KITH_COUNT_FALLBACKS] += 1;
     double *slope = mfm->pressure_slope->f64 + (size_t)i * NDIM;
     for (int a = 0; a < NDIM; ++a) slope[a] = 0;
     kith_symmetric_add(inverse, pressure, slope);
@@ -165,8 +165,7 @@ enum {
   MFM_PRESSURE_SLOPE,
   MFM_VELOCITY_SLOPE = MFM_PRESSURE_SLOPE + NDIM, /* [a][b] = dv_a / dx_b */
   MFM_PACKED = MFM_VELOCITY_SLOPE + NDIM * NDIM,
-  MFM_CENTRAL = MFM_PACKED,
-  MFM_MATRIX,
+  MFM_MATRIX = MFM_PACKED,
   MFM_PACKED_ONE_POINT = MFM_MATRIX + KITH_SYMMETRIC_SIZE,
   MFM_AREA = (MFM_PACKED + KITH_LANES - 1) / KITH_LANES * KITH_LANES
 };
@@ -266,8 +265,8 @@ KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, 
   const double r = sqrt(r2),
                ratio = kith_pow_dim(i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT)), /* V_j / V_i */
       share_i = KITH_MIN(1, largest_volume * ratio), share_j = KITH_MIN(1, largest_volume / ratio);
-  mfm_one_point_part(kernel, r, d, i[MFM_INVERSE_SUPPORT], i[MFM_CENTRAL], i + MFM_MATRIX, 1, face);
-  mfm_one_point_part(kernel, r, d, J(MFM_INVERSE_SUPPORT), J(MFM_CENTRAL), &J(MFM_MATRIX), KITH_STRIDE, of_j);
+  mfm_one_point_part(kernel, r, d, i[MFM_INVERSE_SUPPORT], i + MFM_MATRIX, 1, face);
+  mfm_one_point_part(kernel, r, d, J(MFM_INVERSE_SUPPORT), &J(MFM_MATRIX), KITH_STRIDE, of_j);
   for (int a = 0; a < NDIM; ++a) face[a] = share_i * face[a] + share_j * of_j[a];
   flux(closer_of(constants, r, i, j), face, i, j, out);
 }
@@ -311,14 +310,13 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[MFM_INVERSE_DENSITY] = 1 / packed[MFM_DENSITY];
   packed[MFM_INVERSE_SUPPORT] = 1 / hydro->nodes->support->f64[i];
   if (mfm->faces.matrix == NULL) return;
-  packed[MFM_CENTRAL] = mfm_central(&mfm->faces, i);
   for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m)
     packed[MFM_MATRIX + m] = mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m];
 }
 
 static void copy_one_point_corrections(const double *restrict i, double *restrict j) {
   const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h) / (h * h);
-  for (int k = MFM_CENTRAL; k < MFM_PACKED_ONE_POINT; ++k) J(k) = i[k] * scale;
+  for (int k = MFM_MATRIX; k < MFM_PACKED_ONE_POINT; ++k) J(k) = i[k] * scale;
 }
 
 /* --- fields, passes --- */

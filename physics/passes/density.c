@@ -207,8 +207,7 @@ KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct k
     for (int b = 0; b < NDIM; ++b) sum[b] = kith_lanes_total(&flux[a][b]), gradient[a * NDIM + b] = 0;
     kith_symmetric_add(inverse, sum, gradient + a * NDIM);
   }
-  if (matrix != NULL && !kith_invert_symmetric(m, 0.05 / kith_pow_dim(NDIM), matrix))
-    for (int a = 0; a < NDIM; ++a) matrix[kith_symmetric_at(a, a)] = NDIM / kith_symmetric_trace(m);
+  if (matrix != NULL) kith_invert_moments(m, matrix);
   return regular;
 }
 

@@ -13,7 +13,7 @@
 struct exact_parameters {
   double gamma[2], density[2], velocity[2], pressure[2]; /* [0]: undisturbed, left or inside */
   double uniform_velocity[NDIM], center[NDIM], period[NDIM], side[NDIM];
-  double interface_position, blast_energy, omega, start, end_time, amplitude, wavelength, origin;
+  double interface_position, blast_energy, omega, start, end_time, amplitude, wavelength, origin, focus_time;
 };
 
 #define EXACT_ROW(key) \
@@ -34,6 +34,7 @@ static const struct kith_param exact_rows[] = {EXACT_ROW(gamma),
                                                EXACT_ROW(amplitude),
                                                EXACT_ROW(wavelength),
                                                EXACT_ROW(origin),
+                                               EXACT_ROW(focus_time),
                                                {0}};
 
 enum { EXACT_NUMBERS = 64 };

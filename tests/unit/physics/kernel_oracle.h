@@ -129,4 +129,49 @@ static inline double oracle_lattice_others(const struct oracle_kernel *k, double
   return sum;
 }
 
+/* Solves A y = b for m right-hand sides b[.][c], by elimination with pivots; overwrites A and b. */
+static inline void truth_solve(int n, double a[n][n], int m, double b[n][m]) {
+  for (int c = 0; c < n; ++c) {
+    int pivot = c;
+    for (int r = c + 1; r < n; ++r)
+      if (fabs(a[r][c]) > fabs(a[pivot][c])) pivot = r;
+    for (int k = 0; k < n; ++k) {
+      const double t = a[c][k];
+      a[c][k] = a[pivot][k], a[pivot][k] = t;
+    }
+    for (int k = 0; k < m; ++k) {
+      const double t = b[c][k];
+      b[c][k] = b[pivot][k], b[pivot][k] = t;
+    }
+    for (int r = 0; r < n; ++r) {
+      if (r == c) continue;
+      const double f = a[r][c] / a[c][c];
+      for (int k = 0; k < n; ++k) a[r][k] -= f * a[c][k];
+      for (int k = 0; k < m; ++k) b[r][k] -= f * b[c][k];
+    }
+  }
+  for (int r = 0; r < n; ++r)
+    for (int k = 0; k < m; ++k) b[r][k] /= a[r][r];
+}
+
+/* Makes moments more isotropic as kith_invert_moments does (lib/core/symmetric.h); returns s. */
+static inline double truth_even(double m[NDIM][NDIM]) {
+  double det = m[0][0], trace = 0, square = 0;
+#if NDIM == 2
+  det = m[0][0] * m[1][1] - m[0][1] * m[1][0];
+#elif NDIM == 3
+  det = 0;
+  for (int a = 0; a < 3; ++a)
+    det += m[0][a] * (m[1][(a + 1) % 3] * m[2][(a + 2) % 3] - m[1][(a + 2) % 3] * m[2][(a + 1) % 3]);
+#endif
+  for (int a = 0; a < NDIM; ++a) {
+    trace += m[a][a];
+    for (int b = 0; b < NDIM; ++b) square += m[a][b] * m[a][b];
+  }
+  const double s = fmax(0, 1 - det / pow(trace / NDIM, NDIM) / 0.5);
+  for (int a = 0; a < NDIM; ++a)
+    for (int b = 0; b < NDIM; ++b) m[a][b] = (1 - s) * m[a][b] + (a == b ? s * square / trace : 0);
+  return s;
+}
+
 #endif

@@ -18,7 +18,8 @@ static const struct exact_parameters sample = {.gamma = {1.4, 1.5},
                                                .end_time = 0.01,
                                                .amplitude = 1e-6,
                                                .wavelength = 0.8,
-                                               .origin = 0.1};
+                                               .origin = 0.1,
+                                               .focus_time = 0.5};
 
 /* kidder has the gamma of its dimension; all others take this one. */
 static double gamma_for(const struct kith_exact_ops *ops, double any) {
@@ -218,9 +219,8 @@ static bool satisfies_euler(const struct probe *p, double gamma, const double *x
   return true;
 }
 
-static void check_states(const struct kith_exact_ops *ops) {
+static void check_states(const struct kith_exact_ops *ops, struct exact_parameters p) {
   enum { PLACES = 400 };
-  const struct exact_parameters p = sample_of(ops);
   struct probe probe = {ops, NULL};
   void *self = NULL;
   uint64_t seed = 11;
@@ -261,7 +261,15 @@ int main(void) {
     CHECK(kith_exact_find((*all)->name) == *all && (*all)->doc[0] != '\0' && (*all)->params != NULL);
     check_ranges(*all);
     check_derived(*all);
-    check_states(*all);
+    struct exact_parameters p = sample_of(*all);
+    check_states(*all, p);
+    if (kith_params_find((*all)->params, "focus_time") == NULL) continue;
+    p.focus_time = -3; /* it flies apart */
+    check_states(*all, p);
+    p.focus_time = 0;
+    double settings[EXACT_NUMBERS];
+    exact_fill(settings, *all, &p);
+    CHECK(refused(*all, settings, "focus_time"));
   }
   CHECK(n >= 10 && kith_exact_find("sedo") == NULL && kith_exact_find("sedovv") == NULL &&
         kith_exact_find("") == NULL);

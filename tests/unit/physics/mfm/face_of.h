@@ -13,12 +13,12 @@ static inline const struct kith_rows *rows_of_faces(const struct mfm_faces *f,
 
 static inline void one_point_part(const struct mfm_faces *f, kith_index k, double r, const double *d,
                                   double *part) {
-  const double inverse = 1 / f->nodes->support->f64[k], central = mfm_central(f, k);
+  const double inverse = 1 / f->nodes->support->f64[k];
   const double *matrix = f->matrix->f64 + (size_t)k * KITH_SYMMETRIC_SIZE;
   switch (f->kernel) { /* the kernel is a compile-time constant, as in the package */
-#define X(name, ...)                                                                 \
-  case KITH_KERNEL_##name:                                                           \
-    mfm_one_point_part(KITH_KERNEL_##name, r, d, inverse, central, matrix, 1, part); \
+#define X(name, ...)                                                        \
+  case KITH_KERNEL_##name:                                                  \
+    mfm_one_point_part(KITH_KERNEL_##name, r, d, inverse, matrix, 1, part); \
     break;
     KITH_KERNEL_LIST(X)
 #undef X
