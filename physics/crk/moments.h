@@ -11,7 +11,8 @@
  *     grad W^R_ij = (dA + C + dC . x) W + (A + C . x) grad W                                          (4)
  * m2^-1 as in kith_invert_moments: where neighbors lie almost in a line or a plane, it would grow beyond all
  * bounds, and so would displacements across it: gas that leaves a wall got negative energies, whatever the
- * time step. A node without neighbors has A = 1 / m0, C = 0, and is counted as a fallback. */
+ * time step. Kernel and gradient are not exact at such nodes. A node without neighbors has A = 1 / m0, C = 0,
+ * and is counted as a fallback. */
 #ifndef KITH_PHYSICS_CRK_MOMENTS_H
 #define KITH_PHYSICS_CRK_MOMENTS_H
 
