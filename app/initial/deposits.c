@@ -1,6 +1,8 @@
 /* Weights of the nodes that a deposit heats. */
 #include "app/initial/deposits.h"
 
+#include <math.h>
+
 #include "lib/comm/sum.h"
 
 /* Relative difference below which distances are equal: round-off must not split a shell of lattice sites. */
@@ -67,6 +69,8 @@ static kith_status add_deposit(const struct kith_deposit *deposit, const struct 
       kith_sum_add(&sum, hydro->mass->f64[i] * weight(deposit, scene, nodes, i, radius));
   kith_sum_ranks(nodes->ranks, &sum, 1);
   const double all = kith_sum_value(&sum);
+  if (isinf(least))
+    return kith_config_fail(deposit->node, NULL, "no node takes it: all are frozen, or of barriers");
   if (!(all > 0))
     return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
                             radius, least);
