@@ -86,20 +86,19 @@ KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *p
   const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
   const double *restrict pressure = hydro->pressure->f64;
   const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
-  const double inverse = 1 / hydro->nodes->support->f64[i];
+  const double *restrict support = hydro->nodes->support->f64, own = support[i];
   double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict dp = kith_scratch_lane(s, OF_PRESSURE);
   kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, of_pressure[NDIM] = {{0}};
   kith_row_separations(hydro->nodes, rows, i, kith_scratch_lane(s, SEPARATION), s->width, weight);
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) {
-    double w, g;
-    kith_kernel_value(kernel, sqrt(weight[k]) * inverse, &w, &g);
-    weight[k] = mfm_weight(w, g);
+    const double other = barrier != NULL && barrier[row[k]] ? own : support[row[k]];
+    weight[k] = mfm_weight(kernel, sqrt(weight[k]), 2 / (own + other));
     dp[k] = weight[k] * (pressure[row[k]] - pressure[i]);
   }
   for (size_t k = n; k < padded; ++k) weight[k] = dp[k] = 0;
   for (size_t k = 0; barrier != NULL && k < n; ++k)
-    if (barrier[row[k]]) dp[k] = 0, weight[k] *= kith_pow_dim(hydro->nodes->support->f64[row[k]] * inverse);
+    if (barrier[row[k]]) dp[k] = 0, weight[k] *= kith_pow_dim(support[row[k]] / own);
   for (size_t k = 0; k < padded; k += KITH_LANES) {
     const kith_lanes w = *(kith_lanes *)(weight + k), p = *(kith_lanes *)(dp + k);
     kith_lanes d[NDIM];
@@ -252,22 +251,16 @@ KITH_INLINE double closer_of(const void *constants, double r, const double *rest
                      r * KITH_MAX(i[MFM_INVERSE_SUPPORT], J(MFM_INVERSE_SUPPORT)));
 }
 
-/* In a face no volume counts as more than this many times that of the partner (faces.h). */
-static const double largest_volume = 16;
-
 KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, const double *restrict i,
                                 const double *restrict j, double *restrict out) {
-  double d[NDIM], face[NDIM], of_j[NDIM], r2 = 0;
+  double d[NDIM], face[NDIM], r2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
     r2 += d[a] * d[a];
   }
-  const double r = sqrt(r2),
-               ratio = kith_pow_dim(i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT)), /* V_j / V_i */
-      share_i = KITH_MIN(1, largest_volume * ratio), share_j = KITH_MIN(1, largest_volume / ratio);
-  mfm_one_point_part(kernel, r, d, i[MFM_INVERSE_SUPPORT], i + MFM_MATRIX, 1, face);
-  mfm_one_point_part(kernel, r, d, J(MFM_INVERSE_SUPPORT), &J(MFM_MATRIX), KITH_STRIDE, of_j);
-  for (int a = 0; a < NDIM; ++a) face[a] = share_i * face[a] + share_j * of_j[a];
+  const double r = sqrt(r2);
+  mfm_one_point_face(kernel, r, d, i[MFM_INVERSE_SUPPORT], i + MFM_MATRIX, J(MFM_INVERSE_SUPPORT),
+                     &J(MFM_MATRIX), KITH_STRIDE, face);
   flux(closer_of(constants, r, i, j), face, i, j, out);
 }
 KITH_FORCE_BLOCKS(pair_one_point, MFM_PACKED_ONE_POINT)
@@ -315,7 +308,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 }
 
 static void copy_one_point_corrections(const double *restrict i, double *restrict j) {
-  const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h) / (h * h);
+  const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h) / h;
   for (int k = MFM_MATRIX; k < MFM_PACKED_ONE_POINT; ++k) J(k) = i[k] * scale;
 }
 

@@ -11,14 +11,14 @@ static inline const struct kith_rows *rows_of_faces(const struct mfm_faces *f,
   return f->form == MFM_FACES_INTEGRATED ? &f->graph.rows : &connectivity->rows;
 }
 
-static inline void one_point_part(const struct mfm_faces *f, kith_index k, double r, const double *d,
-                                  double *part) {
-  const double inverse = 1 / f->nodes->support->f64[k];
-  const double *matrix = f->matrix->f64 + (size_t)k * KITH_SYMMETRIC_SIZE;
+static inline void one_point_face(const struct mfm_faces *f, kith_index i, kith_index j, double r,
+                                  const double *d, double *area) {
+  const double *support = f->nodes->support->f64, *matrix = f->matrix->f64;
   switch (f->kernel) { /* the kernel is a compile-time constant, as in the package */
-#define X(name, ...)                                                        \
-  case KITH_KERNEL_##name:                                                  \
-    mfm_one_point_part(KITH_KERNEL_##name, r, d, inverse, matrix, 1, part); \
+#define X(name, ...)                                                                                       \
+  case KITH_KERNEL_##name:                                                                                 \
+    mfm_one_point_face(KITH_KERNEL_##name, r, d, 1 / support[i], matrix + (size_t)i * KITH_SYMMETRIC_SIZE, \
+                       1 / support[j], matrix + (size_t)j * KITH_SYMMETRIC_SIZE, 1, area);                 \
     break;
     KITH_KERNEL_LIST(X)
 #undef X
@@ -36,16 +36,12 @@ static inline void face_of(const struct mfm_faces *f, const struct kith_connecti
     for (int a = 0; a < NDIM; ++a) area[a] = (j > i ? 1 : -1) * value[a];
     return;
   }
-  double d[NDIM], other[NDIM], r2 = 0;
+  double d[NDIM], r2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     d[a] = f->nodes->position->f64[(size_t)j * NDIM + a] - f->nodes->position->f64[(size_t)i * NDIM + a];
     r2 += d[a] * d[a];
   }
-  one_point_part(f, i, sqrt(r2), d, area);
-  one_point_part(f, j, sqrt(r2), d, other);
-  const double vi = pow(f->nodes->support->f64[i], NDIM), vj = pow(f->nodes->support->f64[j], NDIM);
-  for (int a = 0; a < NDIM; ++a) /* no volume counts as more than 16 of the other */
-    area[a] = fmin(vi, 16 * vj) / vi * area[a] + fmin(vj, 16 * vi) / vj * other[a];
+  one_point_face(f, i, j, sqrt(r2), d, area);
 }
 
 #endif
