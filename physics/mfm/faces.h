@@ -9,15 +9,15 @@
  *                   M_i = sum_j w_ij (x_j - x_i) (x_j - x_i), w_ij = w(r_ij / H_ij) / H_ij,
  *                   H_ij = (H_i + H_j) / 2
  *               Hopkins has w(r_ij / H_i) in M_i and in its part of A_ij. Either way the faces close to first
- *               order in the change of the spacing. But where it changes by half or more from node to node, in
- *               the center of a blast or behind a rarefaction, all faces between two layers of nodes together
- *               have 0.5 to 1.5 of the area of the plane between the layers, and pressures are wrong by the
- *               inverse; with H_ij, of the same nodes, they have 0.84 to 1 (Sedov's plane blast, 200 nodes). Errors become
- *               smaller: by a sixth in Sedov's blast and a third in Sod's tube, half in Noh's problem, three
- *               quarters in Kidder's capsule. They grow by a tenth in tubes of liquids, and at contacts where
- *               the spacing jumps by more than 10 : 1. Of w, w / H_ij and w / H_ij^2 the second is a
- *               compromise: with w Sedov and Noh gain more, but runs with jumps of 30 : 1 stop; with the last
- *               Sod gains more, waves, Sedov and Noh less.
+ *               order in the change of the spacing. But where it changes by half or more from node to node,
+ *               in the center of a blast or behind a rarefaction, all faces between two layers of nodes
+ *               together have 0.5 to 1.5 of the area of the plane between the layers, and pressures are wrong
+ *               by the inverse; with H_ij, of the same nodes, they have 0.84 to 1 (Sedov's plane blast, 200
+ *               nodes). Errors become smaller: by a sixth in Sedov's blast and a third in Sod's tube, half in
+ *               Noh's problem, three quarters in Kidder's capsule. They grow by a tenth in tubes of liquids,
+ *               and at contacts where the spacing jumps by more than 10 : 1. Of w, w / H_ij and w / H_ij^2
+ *               the second is a compromise: with w Sedov and Noh gain more, but runs with jumps of 30 : 1
+ *               stop; with the last Sod gains more, waves, Sedov and Noh less.
  *               Both matrices are positive, so a face always points towards the neighbor. M^-1 as in
  *               kith_invert_moments. w(q) is -W'(q) / q, in 1-D W(q). Hopkins has W in all dimensions. But in
  *               2-D and 3-D the force of an even pressure, -P sum_j A_ij, then is not the gradient of any
