@@ -6,18 +6,18 @@
  *
  *   one-point   between neighbors (Hopkins 2015, MNRAS 450, 53):
  *                   A_ij = V_i psi~_j(x_i) - V_j psi~_i(x_j) = w_ij (V_i M_i^-1 + V_j M_j^-1) (x_j - x_i),
- *                   M_i = sum_j w_ij (x_j - x_i) (x_j - x_i), w_ij = w(r_ij / H_ij) / H_ij,
+ *                   M_i = sum_j w_ij (x_j - x_i) (x_j - x_i), w_ij = w(r_ij / H_ij) / H_ij^2,
  *                   H_ij = (H_i + H_j) / 2
  *               Hopkins has w(r_ij / H_i) in M_i and in its part of A_ij. Either way the faces close to first
  *               order in the change of the spacing. But where it changes by half or more from node to node,
  *               in the center of a blast or behind a rarefaction, all faces between two layers of nodes
  *               together have 0.5 to 1.5 of the area of the plane between the layers, and pressures are wrong
- *               by the inverse; with H_ij, of the same nodes, they have 0.84 to 1 (Sedov's plane blast, 200
- *               nodes). Errors become smaller: by a sixth in Sedov's blast and a third in Sod's tube, half in
- *               Noh's problem, three quarters in Kidder's capsule. They grow by a tenth in tubes of liquids,
- *               and at contacts where the spacing jumps by more than 10 : 1. Of w, w / H_ij and w / H_ij^2
- *               the second is a compromise: with w Sedov and Noh gain more, but runs with jumps of 30 : 1
- *               stop; with the last Sod gains more, waves, Sedov and Noh less.
+ *               by the inverse; with H_ij, of the same nodes, they have 0.8 to 1.1 (Sedov's plane blast, 200
+ *               nodes). Errors become smaller: by a tenth in Sedov's blast, a third in Sod's tube, two fifths
+ *               in Noh's problem, three quarters in Kidder's capsule. With w or w / H_ij instead of w /
+ *               H_ij^2, which makes M_i a sum over separations in units of the support, blasts and waves gain
+ *               more, tubes less, and contacts where the spacing jumps have larger errors; with w, jumps of
+ *               30 : 1 stop.
  *               Both matrices are positive, so a face always points towards the neighbor. M^-1 as in
  *               kith_invert_moments. w(q) is -W'(q) / q, in 1-D W(q). Hopkins has W in all dimensions. But in
  *               2-D and 3-D the force of an even pressure, -P sum_j A_ij, then is not the gradient of any
@@ -46,7 +46,7 @@
  *
  * On disordered nodes neither form closes, sum_j A_ij != 0, so a uniform pressure accelerates nodes.
  * Measured for nodes of unit volume, up to 0.3 spacings off a square lattice, 20 neighbors
- * (tests/unit/physics/mfm/test_mfm_faces.c):  mean |sum A|  0.37 one-point, 0.18 integrated;  mean sum |A|
+ * (tests/unit/physics/mfm/test_mfm_faces.c):  mean |sum A|  0.38 one-point, 0.18 integrated;  mean sum |A|
  * 3.3, 2.5;  faces  19, 64. Less area is not less dissipation: open integrated faces disorder the nodes where
  * one-point faces order them, and Gresho's vortex is lost with them. Faces closed by a solver, with the
  * least sum of |dA|^2, were here before version 0.2. They hold an even pressure on any nodes to round-off,
@@ -105,7 +105,7 @@ kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectiv
 KITH_INLINE double mfm_weight(enum kith_kernel kernel, double r, double inverse) {
   double w, g;
   kith_kernel_value(kernel, r * inverse, &w, &g);
-  return inverse * (NDIM == 1 ? w : -g);
+  return inverse * inverse * (NDIM == 1 ? w : -g);
 }
 
 /* Computes the one-point face from i to j, d = x_j - x_i, r = |d|, from 1 / H and the matrix of both. The

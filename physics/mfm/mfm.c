@@ -308,7 +308,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 }
 
 static void copy_one_point_corrections(const double *restrict i, double *restrict j) {
-  const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h) / h;
+  const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h);
   for (int k = MFM_MATRIX; k < MFM_PACKED_ONE_POINT; ++k) J(k) = i[k] * scale;
 }
 

@@ -47,7 +47,8 @@ static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const
   for (size_t k = p->first[i]; k < p->first[i + 1]; ++k) {
     const struct partner *one = &p->partner[k];
     const double mean = (m->t.support[i] + m->t.support[one->node]) / 2, near = one->r / mean;
-    const double weight = (NDIM == 1 ? oracle_w(&w->kernel, near) : -oracle_g(&w->kernel, near)) / mean;
+    const double weight =
+        (NDIM == 1 ? oracle_w(&w->kernel, near) : -oracle_g(&w->kernel, near)) / (mean * mean);
     for (int a = 0; a < NDIM; ++a) {
       flux[a][0] -= weight * (q[one->node] - q[i]) * one->x[a];
       for (int b = 0; b < NDIM; ++b) moment[a][b] += weight * one->x[a] * one->x[b];
