@@ -38,7 +38,7 @@
  *     Toro 3, L1 of the density                           .021   .025  .031
  * With MAGMA2's conduction instead, of u by (|P_i - P_j| / rho)^(1/2), with coefficients 0.05 and 1, the two
  * errors at contacts are .59 and .59, .086 and .055, that of the two blasts .032 and .043. At a contact of
- * equal masses 64 : 1 at rest the pressure is off by .92 (mfm: .68).
+ * equal masses 64 : 1 at rest the pressure is off by .92 (mfm: .56).
  *
  * Passes: density -> equation of state, Balsara's factor -> ghosts -> slopes -> ghosts -> packing -> force
  * [pairs]. */

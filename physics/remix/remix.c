@@ -27,13 +27,13 @@
  *                              at rest, 100 nodes     Sod, 200 nodes      Sod, 400 nodes
  *     sph                             .64                 .092                 .61
  *     crk                             .61                 .039                 .55
- *     mfm                             .24                 .048                 .11
+ *     mfm                             .27                 .030                 .10
  *     magma2                          .33                 .051                 .10
  *     remix                           .052                .045                 .070
  *     remix without K                 .41                 .048                 .80
  *     remix with a_V = 0              .081                .21                  .069
  *     remix, V drawn by m0 - 1        .117                .097                 .172      (a_V = 0.1)
- * At a contact of 64 : 1 at rest the error is 1.0 (mfm: .68). Strong shocks are less accurate: in Toro's
+ * At a contact of 64 : 1 at rest the error is 1.0 (mfm: .56). Strong shocks are less accurate: in Toro's
  * problem 3 L1 of the density is .039 (sph: .021).
  *
  * Passes: density -> volumes, equation of state -> ghosts -> slopes, moments -> ghosts -> packing -> force
