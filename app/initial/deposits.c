@@ -2,7 +2,6 @@
 #include "app/initial/deposits.h"
 
 #include <math.h>
-
 #include "lib/comm/sum.h"
 
 /* Relative difference below which distances are equal: round-off must not split a shell of lattice sites. */
@@ -63,14 +62,14 @@ static kith_status add_deposit(const struct kith_deposit *deposit, const struct 
   double spacing = 0;
   const double least = nearest(deposit, scene, hydro, &spacing),
                radius = heated_radius(deposit, least, spacing);
+  if (isinf(least))
+    return kith_config_fail(deposit->node, NULL, "no node takes it: all are frozen, or of barriers");
   struct kith_sum sum = {0}; /* of m w over the gas of all ranks */
   for (kith_index i = 0; i < nodes->n_internal; ++i)
     if (kith_node_is_gas(nodes, i))
       kith_sum_add(&sum, hydro->mass->f64[i] * weight(deposit, scene, nodes, i, radius));
   kith_sum_ranks(nodes->ranks, &sum, 1);
   const double all = kith_sum_value(&sum);
-  if (isinf(least))
-    return kith_config_fail(deposit->node, NULL, "no node takes it: all are frozen, or of barriers");
   if (!(all > 0))
     return kith_config_fail(deposit->node, NULL, "no node is within %g of its center; the nearest is at %g",
                             radius, least);
