@@ -4,7 +4,7 @@
 #include "lib/core/lanes.h"
 
 /* Lanes of scratch: x_j - x_i; V W; V g C / H^(d + 2), the factor of x_i - x_j in V grad W;
- * g(r / H_i) (H_i - H_j) / (H_i + H_j). */
+ * g(r / H_i) (H_i - H_j) / (H_i + H_j), and after the sums the factor of V grad W times f_i - f_j. */
 enum { SEPARATION = 0, WEIGHT = NDIM, SLOPE, GROWTH, LANES };
 
 /* Sums over a row, of V W: m0, m1, m2; of V grad W x..x: the first and second, and the third, symmetric,
@@ -139,6 +139,31 @@ static bool correct(const double *s, double *A, double *C, double *dA, double *d
   return regular;
 }
 
+/* Computes the gradient of `value` at node i; second: sum of V g x x. */
+KITH_HOT static void set_slope(const struct moments_pass *pass, kith_index i, const double *second,
+                               const struct kith_scratch *s) {
+  const kith_index *restrict row = pass->rows->node + pass->rows->first[i];
+  const size_t n = pass->rows->first[i + 1] - pass->rows->first[i];
+  const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
+  const double *restrict value = pass->moments->value->f64, *restrict weight = kith_scratch_lane(s, SLOPE);
+  double *restrict difference = kith_scratch_lane(s, GROWTH), moment[SYMMETRIC], inverse[SYMMETRIC],
+                   sum[NDIM];
+  kith_lanes total[NDIM] = {{0}};
+#pragma omp simd
+  for (size_t k = 0; k < n; ++k) difference[k] = weight[k] * (value[i] - value[row[k]]);
+  for (size_t k = 0; barrier != NULL && k < n; ++k)
+    if (barrier[row[k]]) difference[k] = 0;
+  for (size_t k = 0; k < n; k += KITH_LANES)
+    for (int a = 0; a < NDIM; ++a)
+      total[a] += *(const kith_lanes *)(difference + k) *
+                  *(const kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
+  for (int k = 0; k < SYMMETRIC; ++k) moment[k] = -second[k];
+  kith_invert_moments(moment, inverse);
+  double *slope = pass->moments->slope->f64 + (size_t)i * NDIM;
+  for (int a = 0; a < NDIM; ++a) sum[a] = kith_lanes_total(&total[a]), slope[a] = 0;
+  kith_symmetric_add(inverse, sum, slope);
+}
+
 /* Returns the change of the spacing from node to node, from sum g x (H_i - H_j) / (H_i + H_j) = - (1 / 2)
  * grad ln H sum g r^2 / d of even neighbors, where Omega is C V / H^d sum g r^2. */
 static double change_of_spacing(const struct moments_pass *pass, kith_index i, const double *sum) {
@@ -165,6 +190,7 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
     s->count[KITH_COUNT_EVALUATIONS] += padded;
     s->count[KITH_COUNT_FALLBACKS] +=
         !correct(sum, &m->a->f64[i], &m->c->f64[at], &m->a_gradient->f64[at], &m->c_gradient->f64[at * NDIM]);
+    if (m->slope != NULL) set_slope(pass, i, sum + G2, s);
     m->change->f64[i] = change_of_spacing(pass, i, sum + H1);
   }
 }
@@ -174,14 +200,15 @@ KITH_KERNEL_CHUNKS(moments_chunk)
 kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
                                  const struct kith_connectivity *connectivity) {
   struct moments_pass pass = {package, moments, &connectivity->rows, kith_kernel_constant(package->kernel)};
-  const struct kith_node_sweep sweep = {.stage = "moments",
-                                        .rows = &connectivity->rows,
-                                        .chunk = moments_chunk_of[package->kernel],
-                                        .context = &pass,
-                                        .lanes = LANES,
-                                        .width = kith_rows_longest(&connectivity->rows),
-                                        .shared = 8 * (NDIM + 3), /* x, H, m, rho */
-                                        .own = 8 * (CRK_COEFFICIENTS + 1)};
+  const struct kith_node_sweep sweep = {
+      .stage = "moments",
+      .rows = &connectivity->rows,
+      .chunk = moments_chunk_of[package->kernel],
+      .context = &pass,
+      .lanes = LANES,
+      .width = kith_rows_longest(&connectivity->rows),
+      .shared = 8 * (NDIM + 3 + (moments->slope != NULL)), /* x, H, m, rho */
+      .own = 8 * (CRK_COEFFICIENTS + 1 + (moments->slope != NULL ? NDIM : 0))};
   return kith_package_sweep(package, &sweep, NULL);
 }
 

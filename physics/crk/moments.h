@@ -25,12 +25,15 @@ struct crk_moments {
   struct kith_field *a, *c, *a_gradient, *c_gradient;
   struct kith_field *change;     /* of the spacing from node to node, |grad ln H| */
   struct kith_field *kernel_sum; /* m0 with the self weight, below 1 at a surface; NULL: not wanted */
+  /* The gradient [sum_j V_j g x x]^-1 sum_j V_j g x (f_i - f_j) of a scalar f, where grad W = g x: exact if f
+   * is linear. A barrier has the value of i. NULL: not wanted */
+  struct kith_field *value, *slope;
 };
 
-/* Registers the fields, but for `kernel_sum`. */
+/* Registers the fields, but for `kernel_sum`, `value` and `slope`. */
 kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes);
 
-/* Fills the fields of internal nodes from positions, supports and densities of all nodes and ghosts.
+/* Fills the fields of internal nodes from positions, supports, densities and `value` of all nodes and ghosts.
  * Collective. */
 kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
                                  const struct kith_connectivity *connectivity);

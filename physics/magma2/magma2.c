@@ -3,42 +3,38 @@
  * arXiv 2411.19228).
  *
  * Supports and volumes V by number density, rho_i = m_i / V_i: exact where masses jump on an even lattice.
- * With d = x_j - x_i, w_i = -g(r / H_i) (kernel.h) and M_i = sum_j w_i d d (density.h),
- *     N_i = V_i w_i M_i^-1 d,  sum_j N_i . (v_j - v_i) = V_i div v, exactly for linear v              (1)
+ * With d = x_j - x_i, and the weights w_ij and the moments M_i of slope.h,
+ *     N_i = V_i w_ij M_i^-1 d,  sum_j N_i . (v_j - v_i) = V_i div v, exactly for linear v             (1)
  *     m_i dv_i/dt = - sum_j (P_i N_i + P_j N_j + (1/2) Q_ij a_ij d)                                   (2)
  *     m_i du_i/dt = - sum_j (P_i N_i + (1/4) Q_ij a_ij d) . (v_j - v_i) + sum_j K_ij                  (3)
- * Were M_i isotropic, P_i N_i would be the term with Omega of the Lagrangian (sph.c). MAGMA2 has weights W in
- * M and N; with w even pressure is the gradient of a kernel sum to first order, which orders nodes (faces.h
- * of mfm), and the moments are those of the velocity gradient. N is not along d, but sum_j d N_i = V_i 1 has
- * no torque: with Q along d, angular momentum is kept, too. Where M is close to singular, an isotropic one
- * takes its place.
+ * Were M_i isotropic, P_i N_i would be the term with Omega of the Lagrangian (sph.c). MAGMA2 has the weights
+ * W(r / H_i) in M_i and N_i. N is not along d, but sum_j d N_i = V_i 1 has no torque: with Q along d, angular
+ * momentum is kept, too. Where M is close to singular, an isotropic one takes its place.
  *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-s_mean alpha c_mean mu + beta mu^2)                    (4)
  *     K_ij = a_K (P_i + P_j) / 2 a_ij r {P_j - P_i} / (rho_i c_i + rho_j c_j)                         (5)
- *     a_ij = d . (V_j / V_i N_i + V_i / V_j N_j) / r^2
- * with mu and Balsara's factor s of viscosity.h, and {} of slope.h. With alpha = 1, Q / 2 is what Roe's
- * solver adds to the mean pressure; with a_K = 1, K is the work at the face that this solver moves. The term
- * of beta is for strong shocks. MAGMA2's viscosity switch by entropy is not taken over: all pairs have alpha,
- * and Balsara's factor.
+ *     a_ij = d . (N_i + N_j) / r^2
+ * with mu and Balsara's factor s of viscosity.h, and {} of kith_pressure_heat. With alpha = 1, Q / 2 is what
+ * Roe's solver adds to the mean pressure; with a_K = 1, K is the work at the face that this solver moves. The
+ * term of beta is for strong shocks. MAGMA2's viscosity switch by entropy is not taken over: all pairs have
+ * alpha, and Balsara's factor.
  * Negative pressures are multiplied by t of tension.h. With t along d alone angular momentum would be kept to
  * round-off, as it is in gas, but turning water was torn sooner (spinning-square.yaml).
  *
- * Alternatives that were measured (L1 of the density, with a_K = 0):
- *                                                          Toro 3   two blasts   Noh 1-D
- *     as above                                              .0212      .0218      .0019
- *     areas a_ij without the ratio of volumes               .0300      .0300      .0042
- *     in (2) the mean pressure of the pair with both N      .0452      .0410      .0116
- * Dissipation of pressure evens out contacts and noise, but errors in strong shocks grow:
+ * With the weights w(r / H_i) errors were larger: by half in Toro's problem 3, a third in Sod's tube and two
+ * blasts, a sixth in Sedov's blast in 1-D, 4 % in 3-D. With the mean pressure of the pair times N_i + N_j in
+ * (2), Toro 3 stops with a negative energy if (3) has the work of this force; if it has that of P_i, sheared
+ * shocks and expansions lose 15 and 46 %, and angular momentum is not kept. Dissipation of pressure evens out
+ * contacts and noise, but errors in strong shocks grow:
  *                                                    a_K =   0    0.3     1
  *     error of the pressure at the contact of Sod's tube,
- *         400 nodes of equal spacing                       .61    .17   .10
- *         200 nodes of equal masses                       .091   .068  .051
- *     Sedov 72^2, L1 of the velocity                      .119   .099  .085
- *     noisy-box.yaml, velocity_over_sound                 .025   .022  .018
- *     two blasts, L1 of the density                       .022   .034  .038
- *     Toro 3, L1 of the density                           .021   .025  .031
- * With MAGMA2's conduction instead, of u by (|P_i - P_j| / rho)^(1/2), with coefficients 0.05 and 1, the two
- * errors at contacts are .59 and .59, .086 and .055, that of the two blasts .032 and .043. At a contact of
- * equal masses 64 : 1 at rest the pressure is off by .92 (mfm: .56).
+ *         400 nodes of equal spacing                       .66    .14   .085
+ *         200 nodes of equal masses                       .068   .038   .027
+ *     Sedov 72^2, L1 of the velocity                      .111   .098   .088
+ *     noisy-box.yaml, velocity_over_sound                 .029   .020   .023
+ *     two blasts, L1 of the density                       .020   .024   .029
+ *     Toro 3, L1 of the density                           .016   .020   .022
+ * MAGMA2's conduction of u by (|P_i - P_j| / rho)^(1/2), measured with w(r / H_i), did as much for contacts
+ * of equal masses, nothing for those of equal spacing, and had larger errors in two blasts.
  *
  * Passes: density -> equation of state, Balsara's factor -> ghosts -> slopes -> ghosts -> packing -> force
  * [pairs]. */
@@ -69,7 +65,7 @@ enum {
 };
 
 struct magma2 {
-  struct kith_field *matrix; /* M^-1 */
+  struct kith_field *matrix; /* V M^-1 */
   struct kith_field *slope;  /* dP/dx; NULL without dissipation of pressures */
   struct kith_viscosity_fields viscosity;
 };
@@ -85,21 +81,19 @@ KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, con
                              const double *restrict j, double *restrict out) {
   const struct magma2_constants *c = constants;
   const struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
-  double w, gi, gj, d[NDIM], ni[NDIM], nj[NDIM], along_i = 0, along_j = 0;
-  kith_kernel_value(kernel, p.qi, &w, &gi);
-  kith_kernel_value(kernel, p.qj, &w, &gj);
+  double d[NDIM], ni[NDIM], nj[NDIM], along_i = 0, along_j = 0;
+  const double hi = i[KITH_PACKED_INVERSE], hj = J(KITH_PACKED_INVERSE),
+               w = kith_pair_weight(kernel, p.r, 2 * hi * hj / (hi + hj));
   for (int a = 0; a < NDIM; ++a) d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
-  kith_symmetric_times(-gi, i + MAGMA2_MATRIX, 1, d, ni); /* w V M^-1 d of (1) */
-  kith_symmetric_times(-gj, &J(MAGMA2_MATRIX), KITH_STRIDE, d, nj);
+  kith_symmetric_times(w, i + MAGMA2_MATRIX, 1, d, ni); /* w V M^-1 d of (1) */
+  kith_symmetric_times(w, &J(MAGMA2_MATRIX), KITH_STRIDE, d, nj);
   for (int a = 0; a < NDIM; ++a) along_i += d[a] * ni[a], along_j += d[a] * nj[a];
-  const double ratio = kith_pow_dim(i[KITH_PACKED_INVERSE] / J(KITH_PACKED_INVERSE)), /* V_j / V_i */
-      area = (ratio * along_i + along_j / ratio) * p.inverse_r * p.inverse_r;
-
+  const double area = (along_i + along_j) * p.inverse_r * p.inverse_r;
   const double pi = kith_tension(p.closer, i[MAGMA2_PRESSURE]),
                pj = kith_tension(p.closer, J(MAGMA2_PRESSURE)),
                q = kith_viscous_pressure(&c->viscosity, &p, i[KITH_PACKED_DENSITY], J(KITH_PACKED_DENSITY),
                                          0.5 * (i[MAGMA2_SWITCH] + J(MAGMA2_SWITCH)));
-  const double evened = c->dissipation * kith_slope_heat(i, j, MAGMA2_PRESSURE, MAGMA2_SLOPE, area * p.r);
+  const double evened = c->dissipation * kith_pressure_heat(i, j, MAGMA2_PRESSURE, MAGMA2_SLOPE, area * p.r);
   double heat_i = evened, heat_j = -evened;
   for (int a = 0; a < NDIM; ++a) { /* (2), (3) */
     const double v = J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a], fi = -pi * ni[a], fj = -pj * nj[a],
@@ -109,7 +103,7 @@ KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, con
   }
   OUT(KITH_HEAT) = heat_i;
   OUT(KITH_PARTNER_HEAT) = heat_j;
-  OUT(KITH_SIGNAL) = gi + gj < 0 ? p.signal : 0;
+  OUT(KITH_SIGNAL) = w > 0 ? p.signal : 0;
 }
 
 KITH_FORCE_BLOCKS(pair_magma2, MAGMA2_PACKED)
@@ -120,21 +114,14 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   kith_viscosity_pack(hydro, &m->viscosity, i, packed);
   packed[MAGMA2_PRESSURE] = hydro->pressure->f64[i];
   packed[MAGMA2_SWITCH] = kith_viscosity_factor(&m->viscosity, i);
-  const double h = hydro->nodes->support->f64[i], volume = kith_ball() * kith_pow_dim(h) / package->neighbors;
-  const double *matrix = m->matrix->f64 + (size_t)i * KITH_SYMMETRIC_SIZE;
-  const bool frozen = matrix[0] == 0; /* no matrix: that of even neighbors is taken */
-  const double even = kith_kernel_constant(package->kernel) * volume / (kith_pow_dim(h) * h * h);
-  for (int a = 0; a < NDIM; ++a)
-    for (int b = a; b < NDIM; ++b) {
-      const int k = kith_symmetric_at(a, b);
-      packed[MAGMA2_MATRIX + k] = volume * (!frozen ? matrix[k] : a == b ? even : 0);
-    }
+  for (int k = 0; k < KITH_SYMMETRIC_SIZE; ++k)
+    packed[MAGMA2_MATRIX + k] = m->matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k];
   for (int a = 0; a < NDIM; ++a)
     packed[MAGMA2_SLOPE + a] = m->slope != NULL ? m->slope->f64[(size_t)i * NDIM + a] : 0;
 }
 
 static void copy_corrections(const double *restrict i, double *restrict j) {
-  const double h = i[KITH_PACKED_INVERSE] / J(KITH_PACKED_INVERSE), scale = kith_pow_dim(h) / (h * h);
+  const double h = i[KITH_PACKED_INVERSE] / J(KITH_PACKED_INVERSE), scale = kith_pow_dim(h);
   for (int k = MAGMA2_MATRIX; k < MAGMA2_SLOPE; ++k) J(k) = i[k] * scale;
 }
 
@@ -142,7 +129,7 @@ static kith_status magma2_create(struct kith_package *package) {
   struct magma2 *m = package->self;
   const struct magma2_settings *settings = package->settings;
   const struct kith_field_row fields[] = {
-      {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &m->matrix},
+      {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "V M^-1"), &m->matrix},
       {settings->pressure_dissipation > 0, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &m->slope},
       {0}};
   KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &m->viscosity));
@@ -154,14 +141,13 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
   const struct kith_hydro *hydro = package->hydro;
   const struct magma2 *m = package->self;
   const struct magma2_settings *settings = package->settings;
-  const struct kith_density_wanted wanted = {
-      .matrix = m->matrix, .curl = m->viscosity.curl, .shear = m->viscosity.shear};
+  const struct kith_density_wanted wanted = {.curl = m->viscosity.curl, .shear = m->viscosity.shear};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure,
                                       hydro->sound_speed};
   kith_package_start_refresh(package, 4, state);
-  if (m->slope != NULL) KITH_TRY(kith_slope(package, connectivity, hydro->pressure, m->matrix, m->slope));
+  KITH_TRY(kith_slope(package, connectivity, hydro->pressure, m->matrix, m->slope));
   struct kith_field *between[4] = {m->matrix};
   int n = kith_viscosity_exchanged(&m->viscosity, 1, between);
   if (m->slope != NULL) between[n++] = m->slope;

@@ -5,28 +5,10 @@
  * that the pair starts at (connectivity.h). V = 1 / n is the volume of a node.
  *
  *   one-point   between neighbors (Hopkins 2015, MNRAS 450, 53):
- *                   A_ij = V_i psi~_j(x_i) - V_j psi~_i(x_j) = w_ij (V_i M_i^-1 + V_j M_j^-1) (x_j - x_i),
- *                   M_i = sum_j w_ij (x_j - x_i) (x_j - x_i), w_ij = w(r_ij / H_ij) / H_ij^2,
- *                   H_ij = (H_i + H_j) / 2
- *               Hopkins has w(r_ij / H_i) in M_i and in its part of A_ij. Either way the faces close to first
- *               order in the change of the spacing. But where it changes by half or more from node to node,
- *               in the center of a blast or behind a rarefaction, all faces between two layers of nodes
- *               together have 0.5 to 1.5 of the area of the plane between the layers, and pressures are wrong
- *               by the inverse; with H_ij, of the same nodes, they have 0.8 to 1.1 (Sedov's plane blast, 200
- *               nodes). Errors become smaller: by a tenth in Sedov's blast, a third in Sod's tube, two fifths
- *               in Noh's problem, three quarters in Kidder's capsule. With w or w / H_ij instead of w /
- *               H_ij^2, which makes M_i a sum over separations in units of the support, blasts and waves gain
- *               more, tubes less, and contacts where the spacing jumps have larger errors; with w, jumps of
- *               30 : 1 stop.
- *               Both matrices are positive, so a face always points towards the neighbor. M^-1 as in
- *               kith_invert_moments. w(q) is -W'(q) / q, in 1-D W(q). Hopkins has W in all dimensions. But in
- *               2-D and 3-D the force of an even pressure, -P sum_j A_ij, then is not the gradient of any
- *               energy: shears of a lattice grow from round-off, whatever the lattice is, and drive the nodes
- *               for ever. With -W' / q the faces are those of SPH with a matrix in place of a constant, so to
- *               first order the force is the gradient of a kernel sum, as in SPH. It orders nodes and is 0 on
- *               the lattices on which that sum is largest (`kith plan` names them); other lattices give way,
- *               and then come to rest. On a line nothing shears, and W has the smaller error, by a
- *               third at contacts.
+ *                   A_ij = V_i psi~_j(x_i) - V_j psi~_i(x_j) = w_ij (V_i M_i^-1 + V_j M_j^-1) (x_j - x_i)
+ *               with M_i and w_ij of slope.h, which has the reasons for these weights: -W'(q) / q by the mean
+ *               of both supports, in 1-D W(q). Hopkins has W(r_ij / H_i) in M_i and in its part of A_ij.
+ *               Both matrices are positive, so a face always points towards the neighbor.
  *               In a face V_i counts as 16 V_j at most, and V_j likewise. A node that has left the gas has
  *               its partners at the far edge of its support. The pressure of gas that is 10^4 times as dense
  *               would press on it there, through faces as large as its volume, and throw it away.
@@ -57,7 +39,7 @@
 #define KITH_PHYSICS_MFM_FACES_H
 
 #include "lib/core/symmetric.h"
-#include "physics/passes/sweep.h"
+#include "physics/passes/slope.h"
 
 /* Forms of the faces, choices in a scene. */
 #define MFM_FACES_LIST(X) X(ONE_POINT, one_point) X(INTEGRATED, integrated)
@@ -76,7 +58,7 @@ struct mfm_faces {
   double neighbors;             /* V = ball H^d / neighbors */
   struct kith_profile *profile; /* may be NULL */
   /* Fields, registered by mfm_faces_init. */
-  struct kith_field *matrix;     /* one-point: V M^-1, upper triangle. Filled by the caller */
+  struct kith_field *matrix;     /* one-point: V M^-1, upper triangle: slope.h */
   struct kith_field *quadrature; /* integrated: sqrt(V) / s */
   struct kith_field *stretch;    /* integrated: s_i - 1 of (1) */
 
@@ -101,13 +83,6 @@ struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
  * Collective: all ranks agree on the status. */
 kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
-/* Returns w_ij of one-point faces at a distance r; inverse: 1 / H_ij. */
-KITH_INLINE double mfm_weight(enum kith_kernel kernel, double r, double inverse) {
-  double w, g;
-  kith_kernel_value(kernel, r * inverse, &w, &g);
-  return inverse * inverse * (NDIM == 1 ? w : -g);
-}
-
 /* Computes the one-point face from i to j, d = x_j - x_i, r = |d|, from 1 / H and the matrix of both. The
  * components of the matrix of j are `stride` apart. */
 KITH_INLINE void mfm_one_point_face(enum kith_kernel kernel, double r, const double *restrict d,
@@ -118,8 +93,8 @@ KITH_INLINE void mfm_one_point_face(enum kith_kernel kernel, double r, const dou
   double matrix[KITH_SYMMETRIC_SIZE];
   for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m)
     matrix[m] = share_i * matrix_i[m] + share_j * matrix_j[m * stride];
-  kith_symmetric_times(mfm_weight(kernel, r, 2 * inverse_i * inverse_j / (inverse_i + inverse_j)), matrix, 1,
-                       d, face);
+  kith_symmetric_times(kith_pair_weight(kernel, r, 2 * inverse_i * inverse_j / (inverse_i + inverse_j)),
+                       matrix, 1, d, face);
 }
 
 #endif

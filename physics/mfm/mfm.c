@@ -40,7 +40,7 @@
  * reconstructed across a contact of 1000 : 1 makes the thin side up to 750 times as heavy, and it grows from
  * round-off.
  *
- * Passes: density -> equation of state -> ghosts -> gradients, matrices -> ghosts -> integrated faces ->
+ * Passes: density -> equation of state -> ghosts -> slopes, moments -> ghosts -> integrated faces ->
  * packing -> force [pairs]. */
 #include <math.h>
 #include "lib/core/lanes.h"
@@ -65,90 +65,6 @@ static const struct kith_param params[] = {
      "from the gradients at both nodes, or summed over the nodes that two supports share",
      KITH_INTO(struct mfm_settings, faces)},
     {0}};
-
-/* --- gradients --- */
-
-struct gradients_pass {
-  const struct kith_package *package;
-  const struct kith_connectivity *connectivity;
-};
-
-/* Lanes of scratch: x_j - x_i, the weights w, and w dP. */
-enum { SEPARATION = 0, WEIGHT = NDIM, OF_PRESSURE, LANES };
-
-/* Sums w dx dx and w dP dx over the row of i. A barrier has the state of i, and one of volume V counts as
- * V / V_i nodes. */
-KITH_INLINE void sum_row(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index i,
-                         struct kith_scratch *s, double *moment_sum, double *pressure_sum) {
-  const struct kith_hydro *hydro = pass->package->hydro;
-  const struct kith_rows *rows = &pass->connectivity->rows;
-  const kith_index *restrict row = rows->node + rows->first[i];
-  const size_t n = rows->first[i + 1] - rows->first[i], padded = kith_lanes_padded(n);
-  const double *restrict pressure = hydro->pressure->f64;
-  const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
-  const double *restrict support = hydro->nodes->support->f64, own = support[i];
-  double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict dp = kith_scratch_lane(s, OF_PRESSURE);
-  kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, of_pressure[NDIM] = {{0}};
-  kith_row_separations(hydro->nodes, rows, i, kith_scratch_lane(s, SEPARATION), s->width, weight);
-#pragma omp simd
-  for (size_t k = 0; k < n; ++k) {
-    const double other = barrier != NULL && barrier[row[k]] ? own : support[row[k]];
-    weight[k] = mfm_weight(kernel, sqrt(weight[k]), 2 / (own + other));
-    dp[k] = weight[k] * (pressure[row[k]] - pressure[i]);
-  }
-  for (size_t k = n; k < padded; ++k) weight[k] = dp[k] = 0;
-  for (size_t k = 0; barrier != NULL && k < n; ++k)
-    if (barrier[row[k]]) dp[k] = 0, weight[k] *= kith_pow_dim(support[row[k]] / own);
-  for (size_t k = 0; k < padded; k += KITH_LANES) {
-    const kith_lanes w = *(kith_lanes *)(weight + k), p = *(kith_lanes *)(dp + k);
-    kith_lanes d[NDIM];
-    for (int a = 0; a < NDIM; ++a) d[a] = *(kith_lanes *)(kith_scratch_lane(s, SEPARATION + a) + k);
-    for (int a = 0, m = 0; a < NDIM; ++a) {
-      of_pressure[a] += p * d[a];
-      const kith_lanes wd = w * d[a];
-      for (int b = a; b < NDIM; ++b) moment[m++] += wd * d[b];
-    }
-  }
-  for (int m = 0; m < KITH_SYMMETRIC_SIZE; ++m) moment_sum[m] = kith_lanes_total(&moment[m]);
-  for (int a = 0; a < NDIM; ++a) pressure_sum[a] = kith_lanes_total(&of_pressure[a]);
-}
-
-KITH_INLINE void gradients_chunk(enum kith_kernel kernel, const struct gradients_pass *pass, kith_index begin,
-                                 kith_index end, struct kith_scratch *s) {
-  const struct mfm *mfm = pass->package->self;
-  const double *support = pass->package->hydro->nodes->support->f64;
-  for (kith_index i = begin; i < end; ++i) {
-    double moment[KITH_SYMMETRIC_SIZE], inverse[KITH_SYMMETRIC_SIZE], pressure[NDIM];
-    sum_row(kernel, pass, i, s, moment, pressure);
-    s->count[KITH_COUNT_EVALUATIONS] +=
-        pass->connectivity->rows.first[i + 1] - pass->connectivity->rows.first[i];
-    if (!kith_invert_moments(moment, inverse)) s->count[KITH_COUNT_FALLBACKS] += 1;
-    double *slope = mfm->pressure_slope->f64 + (size_t)i * NDIM;
-    for (int a = 0; a < NDIM; ++a) slope[a] = 0;
-    kith_symmetric_add(inverse, pressure, slope);
-    const double volume = kith_ball() * kith_pow_dim(support[i]) / pass->package->neighbors;
-    for (int m = 0; mfm->faces.matrix != NULL && m < KITH_SYMMETRIC_SIZE; ++m)
-      mfm->faces.matrix->f64[(size_t)i * KITH_SYMMETRIC_SIZE + m] = volume * inverse[m];
-  }
-}
-
-KITH_KERNEL_CHUNKS(gradients_chunk)
-
-/* Computes gradients of the pressure, and the matrices of one-point faces, of internal nodes. Ghosts must
- * have the pressure. */
-static kith_status gradients(struct kith_package *package, const struct kith_connectivity *connectivity) {
-  struct gradients_pass pass = {package, connectivity};
-  const int matrix = ((const struct mfm *)package->self)->faces.matrix != NULL ? KITH_SYMMETRIC_SIZE : 0;
-  const struct kith_node_sweep sweep = {.stage = "gradients",
-                                        .rows = &connectivity->rows,
-                                        .chunk = gradients_chunk_of[package->kernel],
-                                        .context = &pass,
-                                        .lanes = LANES,
-                                        .width = kith_rows_longest(&connectivity->rows),
-                                        .shared = 8 * (NDIM + 1), /* x, P */
-                                        .own = 8 * (1 + NDIM + matrix)};
-  return kith_package_sweep(package, &sweep, NULL);
-}
 
 /* --- the pair function --- */
 
@@ -351,7 +267,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure,
                                       hydro->sound_speed, mfm->velocity_slope};
   kith_package_start_refresh(package, 5, state);
-  KITH_TRY(gradients(package, connectivity));
+  KITH_TRY(kith_slope(package, connectivity, hydro->pressure, mfm->faces.matrix, mfm->pressure_slope));
   struct kith_field *const slopes[] = {mfm->pressure_slope, mfm->faces.matrix};
   const int n_slopes = mfm->faces.matrix != NULL ? 2 : 1;
   const double spacings = kith_root_dim(package->neighbors / kith_ball());

@@ -53,7 +53,7 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
 /* Corrects the sums of node i, with support h, for the barriers among its partners. A barrier node of volume
  * V counts as V / V_i nodes like i, where V_i is the volume of a node with support h; but as one node at
  * most, since a barrier node close to much finer gas would otherwise count as all the neighbors that a node
- * wants. In the weights of the matrix there is no such limit. masses: weights of the nodes; NULL: all are 1.
+ * wants. masses: weights of the nodes; NULL: all are 1.
  * Returns by how much the sum of w falls with ln H because V_i grows with H. */
 KITH_INLINE double wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
                              const double *restrict masses, const struct kith_scratch *s, double *sum_w,
@@ -73,8 +73,6 @@ KITH_INLINE double wall_sums(enum kith_kernel kernel, const struct density_pass 
     kith_kernel_value(kernel, q, &w, &g);
     *sum_w += (like_i - own) * w;
     *sum_q2g += (like_i - own) * q * q * g; /* so that a uniform gas beside a wall is at rest */
-    if (masses == NULL && pass->wanted.matrix != NULL)
-      kith_scratch_lane(s, WEIGHT)[e - rows->first[i]] *= volume;
     if (volume < 1) fall += NDIM * like_i * w;
   }
   return fall;
@@ -172,11 +170,10 @@ KITH_INLINE void mirror(const uint8_t *barrier, const kith_index *four, size_t k
   }
 }
 
-/* Computes the gradient of a vector field at node i, and the matrix of density.h unless that is NULL. Returns
- * false, with a zero gradient, if moments have no inverse. Padding has no weight. */
+/* Computes the gradient of a vector field at node i. Returns false, with a zero gradient, if moments have no
+ * inverse. Padding has no weight. */
 KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct kith_field *field,
-                                 kith_index i, const struct kith_scratch *s, double *gradient,
-                                 double *matrix) {
+                                 kith_index i, const struct kith_scratch *s, double *gradient) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   const kith_index *restrict row = rows->node + rows->first[i];
   const size_t n = rows->first[i + 1] - rows->first[i];
@@ -207,7 +204,6 @@ KITH_INLINE bool linear_gradient(const struct density_pass *pass, const struct k
     for (int b = 0; b < NDIM; ++b) sum[b] = kith_lanes_total(&flux[a][b]), gradient[a * NDIM + b] = 0;
     kith_symmetric_add(inverse, sum, gradient + a * NDIM);
   }
-  if (matrix != NULL) kith_invert_moments(m, matrix);
   return regular;
 }
 
@@ -241,8 +237,7 @@ static double curl_of(const double *g) {
 KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_density_wanted *wanted = &pass->wanted;
   double gradient[NDIM * NDIM], divergence = 0;
-  double *matrix = wanted->matrix != NULL ? wanted->matrix->f64 + (size_t)i * KITH_SYMMETRIC_SIZE : NULL;
-  if (!linear_gradient(pass, pass->package->hydro->velocity, i, s, gradient, matrix))
+  if (!linear_gradient(pass, pass->package->hydro->velocity, i, s, gradient))
     s->count[KITH_COUNT_FALLBACKS] += 1;
   for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
   pass->package->velocity_divergence->f64[i] = divergence;
@@ -258,7 +253,7 @@ KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i
   double rate = 0, change[NDIM * NDIM];
   for (int a = 0; a < NDIM; ++a)
     for (int b = 0; b < NDIM; ++b) rate -= gradient[a * NDIM + b] * gradient[b * NDIM + a];
-  linear_gradient(pass, pass->package->hydro->acceleration, i, s, change, NULL);
+  linear_gradient(pass, pass->package->hydro->acceleration, i, s, change);
   for (int a = 0; a < NDIM; ++a) rate += change[a * NDIM + a];
   wanted->compression->f64[i] = rate;
 }
@@ -360,8 +355,7 @@ kith_status kith_density(struct kith_package *package, const struct kith_connect
   /* Values that only the node itself reads or writes: support (both), search radius, mass, density,
    * divergence; what is wanted. */
   const int scalars = 6 + (wanted->grad_h_term != NULL) + (wanted->omega != NULL) + (wanted->curl != NULL) +
-                      (wanted->compression != NULL) +
-                      ((wanted->shear != NULL) + (wanted->matrix != NULL)) * KITH_SYMMETRIC_SIZE +
+                      (wanted->compression != NULL) + (wanted->shear != NULL) * KITH_SYMMETRIC_SIZE +
                       (wanted->gradient != NULL ? NDIM * NDIM : 0);
   const struct kith_node_sweep sweep = {.stage = "density",
                                         .rows = &connectivity->rows,

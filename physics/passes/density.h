@@ -24,7 +24,6 @@ struct kith_density_wanted {
   struct kith_field *shear;       /* symmetric part of G, upper triangle */
   struct kith_field *gradient;    /* G, [a][b] */
   struct kith_field *curl;        /* |curl v|; 0 in 1-D */
-  struct kith_field *matrix;      /* [sum_j w dx dx]^-1, upper triangle: kith_invert_moments */
   /* d(div v)/dt = div a - G_ab G_ba, from the accelerations of the last evaluation */
   struct kith_field *compression;
 };

@@ -240,4 +240,24 @@ KITH_INLINE double kith_viscous_pressure(const struct kith_viscosity_constants *
   return 2 * density_i * density_j * p->inverse_densities * (beta * p->mu - c->alpha * s * p->sound) * p->mu;
 }
 
+/* Returns the heat from j to i by which pressures even out at a face of this area, for packed particles
+ * with the pressure and its slope (slope.h) at these fields. Between the states at the middle of a pair
+ * Roe's solver moves the face with - {P_j - P_i} / (rho_i c_i + rho_j c_j); the work of the mean pressure at
+ * it is this heat. {} is what van Leer's limiter leaves of the difference, between 0 and all of it. */
+KITH_INLINE double kith_pressure_heat(const double *restrict i, const double *restrict j, int pressure,
+                                      int slope, double area) {
+  const double pi = i[pressure], pj = J(pressure),
+               impedances = i[KITH_PACKED_DENSITY] * i[KITH_PACKED_SOUND] +
+                            J(KITH_PACKED_DENSITY) * J(KITH_PACKED_SOUND);
+  double si = 0, sj = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
+    si += i[slope + a] * d, sj += J(slope + a) * d;
+  }
+  const double product = si * sj, sum = si + sj, van_leer = product > 0 ? 4 * product / (sum * sum) : 0,
+               jump = pj - pi, left = jump - 0.5 * van_leer * sum,
+               difference = KITH_MAX(KITH_MIN(left, KITH_MAX(jump, 0.0)), KITH_MIN(jump, 0.0));
+  return 0.5 * KITH_MAX(pi + pj, 0.0) * area * difference / KITH_MAX(impedances, 1e-300);
+}
+
 #endif

@@ -25,22 +25,20 @@
  * Largest error of the pressure at contacts in 1-D:
  *                              equal masses 8 : 1,    equal masses,       equal spacing,
  *                              at rest, 100 nodes     Sod, 200 nodes      Sod, 400 nodes
- *     sph                             .64                 .092                 .61
- *     crk                             .61                 .039                 .55
+ *     sph                             .64                 .092                 .59
+ *     crk                             .61                 .041                 .55
  *     mfm                             .27                 .030                 .10
- *     magma2                          .33                 .051                 .10
- *     remix                           .052                .045                 .070
+ *     magma2                          .24                 .027                 .085
+ *     remix                           .049                .051                 .072
  *     remix without K                 .41                 .048                 .80
- *     remix with a_V = 0              .081                .21                  .069
- *     remix, V drawn by m0 - 1        .117                .097                 .172      (a_V = 0.1)
- * At a contact of 64 : 1 at rest the error is 1.0 (mfm: .56). Strong shocks are less accurate: in Toro's
- * problem 3 L1 of the density is .039 (sph: .021).
+ *     remix with a_V = 0              .081                .20                  .072
+ * With V drawn by m0 - 1 (a_V = 0.1) these errors were .117, .097 and .172. Strong shocks are less accurate:
+ * in Toro's problem 3 L1 of the density is .026 (sph: .020).
  *
- * Passes: density -> volumes, equation of state -> ghosts -> slopes, moments -> ghosts -> packing -> force
+ * Passes: density -> volumes, equation of state -> ghosts -> moments -> ghosts -> packing -> force
  * [pairs]. */
 #include <math.h>
 #include "physics/crk/moments.h"
-#include "physics/passes/slope.h"
 
 struct remix_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
@@ -72,7 +70,6 @@ struct remix {
   struct crk_moments moments;
   /* State, as last evaluated: V (0: not yet known), div v, `surface` of (1). */
   struct kith_field *volume, *expansion, *surface;
-  struct kith_field *matrix, *slope;
   struct kith_viscosity_fields viscosity;
 };
 
@@ -106,7 +103,7 @@ KITH_INLINE void pair_remix(enum kith_kernel kernel, const void *constants, cons
     OUT(KITH_FORCE + a) = -0.5 * (pi + pj + q) * d[a];
     growth += 0.5 * d[a] * (J(KITH_PACKED_V + a) - i[KITH_PACKED_V + a]);
   }
-  const double evened = c->dissipation * kith_slope_heat(i, j, REMIX_PRESSURE, REMIX_SLOPE, -2 * g * p.r);
+  const double evened = c->dissipation * kith_pressure_heat(i, j, REMIX_PRESSURE, REMIX_SLOPE, -2 * g * p.r);
   const double share = growth > 0 && KITH_MIN(pi, pj) >= 0 && pi + pj > 0 ? pi / (pi + pj) : 0.5;
   OUT(KITH_HEAT) = evened - (pi + share * q) * growth;
   OUT(KITH_PARTNER_HEAT) = -evened - (pj + (1 - share) * q) * growth;
@@ -123,7 +120,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[REMIX_SWITCH] = kith_viscosity_factor(&remix->viscosity, i);
   packed[REMIX_PRESSURE] = hydro->pressure->f64[i];
   packed[REMIX_VOLUME] = hydro->mass->f64[i] / hydro->density->f64[i];
-  for (int a = 0; a < NDIM; ++a) packed[REMIX_SLOPE + a] = remix->slope->f64[(size_t)i * NDIM + a];
+  for (int a = 0; a < NDIM; ++a) packed[REMIX_SLOPE + a] = remix->moments.slope->f64[(size_t)i * NDIM + a];
 }
 
 static void copy_corrections(const double *restrict i, double *restrict j) {
@@ -139,9 +136,9 @@ static kith_status remix_create(struct kith_package *package) {
       {true, KITH_SPEC(SCALAR, KEPT, "surface", "0 but at the surface of a liquid"), &remix->surface},
       {true, KITH_SPEC(SCALAR, WORK, "kernel_sum", "of neighbors and itself, 1 but at a surface"),
        &remix->moments.kernel_sum},
-      {true, KITH_SPEC(SYMMETRIC, WORK, "matrix", "inverse of the moments of the neighbors"), &remix->matrix},
-      {true, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &remix->slope},
+      {true, KITH_SPEC(VECTOR, WORK, "pressure_slope", "dP/dx"), &remix->moments.slope},
       {0}};
+  remix->moments.value = package->hydro->pressure;
   KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &remix->viscosity));
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
   return crk_moments_init(&remix->moments, package->hydro->nodes);
@@ -203,10 +200,8 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
   const struct remix *remix = package->self;
   const struct crk_moments *m = &remix->moments;
   const struct remix_settings *settings = package->settings;
-  const struct kith_density_wanted wanted = {.omega = m->omega,
-                                             .matrix = remix->matrix,
-                                             .curl = remix->viscosity.curl,
-                                             .shear = remix->viscosity.shear};
+  const struct kith_density_wanted wanted = {
+      .omega = m->omega, .curl = remix->viscosity.curl, .shear = remix->viscosity.shear};
   start_volumes(hydro, remix->volume);
   KITH_TRY(kith_density(package, connectivity, &wanted));
   KITH_TRY(kith_ranks_finish_agree(hydro->nodes->ranks)); /* volumes have a history */
@@ -214,11 +209,9 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure};
   kith_package_start_refresh(package, 3, state);
-  KITH_TRY(kith_slope(package, connectivity, hydro->pressure, remix->matrix, remix->slope));
   KITH_TRY(crk_moments_evaluate(package, m, connectivity));
   find_surfaces(hydro, remix);
-  struct kith_field *between[8] = {hydro->sound_speed, remix->slope, m->a, m->c,
-                                   m->a_gradient,      m->c_gradient};
+  struct kith_field *between[8] = {hydro->sound_speed, m->slope, m->a, m->c, m->a_gradient, m->c_gradient};
   const int n = kith_viscosity_exchanged(&remix->viscosity, 6, between);
   kith_balsara_factors(package, &settings->viscosity, &remix->viscosity, 0, hydro->nodes->n_internal);
   const struct remix_constants constants = {

@@ -1,7 +1,7 @@
 /* test_contact.c - package remix: its initial density is that of the scene, sharp where the spacing jumps;
  * density follows an expanding flow (oracle: the exact density); a contact between equal masses has a
  * smaller pressure error than with package sph; water with a free surface rests; and where light gas meets
- * heavy gas volumes stay bounded. */
+ * heavy gas volumes stay bounded; and on disordered nodes the slope of a linear pressure is exact. */
 #include "tests/unit/scenario.h"
 
 static const char tube[] =
@@ -100,10 +100,40 @@ static void check_collision(void) {
   scenario_close(&s);
 }
 
+/* The slope is exact for a pressure that is linear, away from the open sides. */
+static void check_slope(void) {
+  static const double slope[] = {0.5, 0.2, -0.3};
+  struct scenario s = {0};
+  int inside = 0;
+  if (scenario_open(&s, tube,
+                    "arrangement=equal-spacing boundaries.x=open boundaries.y=open boundaries.z=open "
+                    "domain.upper=[0.5,1,1] regions.0.density=1 regions.0.jitter=0.2 regions.1.jitter=0.2 "
+                    "resolution=%d regions.0.pressure=2+0.5*x+0.2*y-0.3*z "
+                    "regions.1.pressure=2+0.5*x+0.2*y-0.3*z",
+                    NDIM == 1   ? 40
+                    : NDIM == 2 ? 16
+                                : 12) &&
+      scenario_run(&s, 0)) {
+    const double *found = kith_nodes_field_named(s.simulation->nodes, "pressure_slope")->f64;
+    for (kith_index i = 0; i < s.simulation->nodes->n_internal; ++i) {
+      bool near = false;
+      for (int a = 0; a < NDIM; ++a)
+        near =
+            near || fabs(s.simulation->nodes->position->f64[(size_t)i * NDIM + a] - (a > 0 ? 0.5 : 0)) > 0.25;
+      if (near) continue;
+      for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(found[(size_t)i * NDIM + a], slope[a], 1e-11);
+      ++inside;
+    }
+    CHECK(inside > 0);
+  }
+  scenario_close(&s);
+}
+
 int main(void) {
   if (NDIM == 2) check_collision();
   check_contact();
   check_follows();
   check_surface();
+  check_slope();
   return check_failed();
 }
