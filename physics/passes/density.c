@@ -221,18 +221,6 @@ KITH_INLINE void set_density(enum kith_kernel kernel, const struct density_pass 
   pass->package->hydro->density->f64[i] = pass->constant * sum_mw / (pass->volume * kith_pow_dim(support));
 }
 
-static double curl_of(const double *g) {
-#if NDIM == 1
-  (void)g;
-  return 0;
-#elif NDIM == 2
-  return fabs(g[2] - g[1]);
-#else
-  const double x = g[7] - g[5], y = g[2] - g[6], z = g[3] - g[1];
-  return sqrt(x * x + y * y + z * z);
-#endif
-}
-
 /* Computes the velocity gradient of node i, and stores what is wanted of it. */
 KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i, struct kith_scratch *s) {
   const struct kith_density_wanted *wanted = &pass->wanted;
@@ -241,7 +229,7 @@ KITH_HOT static void set_gradients(const struct density_pass *pass, kith_index i
     s->count[KITH_COUNT_FALLBACKS] += 1;
   for (int a = 0; a < NDIM; ++a) divergence += gradient[a * NDIM + a];
   pass->package->velocity_divergence->f64[i] = divergence;
-  if (wanted->curl != NULL) wanted->curl->f64[i] = curl_of(gradient);
+  if (wanted->curl != NULL) wanted->curl->f64[i] = kith_curl(gradient);
   if (wanted->shear != NULL) {
     double *shear = wanted->shear->f64 + (size_t)i * KITH_SYMMETRIC_SIZE;
     for (int a = 0; a < NDIM; ++a)

@@ -12,6 +12,7 @@
 #ifndef KITH_PHYSICS_PASSES_DENSITY_H
 #define KITH_PHYSICS_PASSES_DENSITY_H
 
+#include <math.h>
 #include "lib/core/symmetric.h"
 #include "physics/passes/sweep.h"
 
@@ -36,5 +37,18 @@ struct kith_density_wanted {
  * converge. Nodes whose moments have no inverse get a zero gradient, and are counted as fallbacks. */
 kith_status kith_density(struct kith_package *package, const struct kith_connectivity *connectivity,
                          const struct kith_density_wanted *wanted);
+
+/* Returns |curl v| from G; 0 in 1-D. */
+KITH_INLINE double kith_curl(const double *g) {
+#if NDIM == 1
+  (void)g;
+  return 0;
+#elif NDIM == 2
+  return fabs(g[2] - g[1]);
+#else
+  const double x = g[7] - g[5], y = g[2] - g[6], z = g[3] - g[1];
+  return sqrt(x * x + y * y + z * z);
+#endif
+}
 
 #endif

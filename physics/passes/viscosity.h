@@ -160,18 +160,22 @@ static inline void kith_viscosity_pack(const struct kith_hydro *hydro,
     packed[KITH_PACKED_SHEAR + k] = shear != NULL ? shear->f64[(size_t)i * KITH_SYMMETRIC_SIZE + k] : 0;
 }
 
-/* Balsara's factor of node i (Balsara 1995, JCoPh 121, 357), or its square; 1 without:
- *     (|div v| + e) / (|div v| + |curl v| + e),  e = 1e-3 c / h, h = 2 sigma
- * e is in the numerator, too: what gradients do not see, zigzags and slow noise, keeps its viscosity. With e
- * = 1e-2 c / h noise is a third less, but Gresho's vortex loses 14 % with sph and Kelvin-Helmholtz 6 %. */
-static inline double kith_balsara(const struct kith_package *package,
-                                  const struct kith_viscosity_settings *settings,
-                                  const struct kith_field *curl, kith_index i) {
+/* Returns Balsara's factor (Balsara 1995, JCoPh 121, 357):
+ *     (|div v| + e) / (|div v| + |curl v| + e)
+ * e is in the numerator, too: what gradients do not see, zigzags and slow noise, keeps its viscosity. */
+KITH_INLINE double kith_balsara(double divergence, double curl, double e) {
+  const double sum = fabs(divergence) + curl + e;
+  return sum > 0 ? (fabs(divergence) + e) / sum : 1;
+}
+/* Returns that of node i with e = 1e-3 c / h, h = 2 sigma, or its square; 1 without. With e = 1e-2 c / h
+ * noise is a third less, but Gresho's vortex loses 14 % with sph and Kelvin-Helmholtz 6 %. */
+static inline double kith_viscosity_balsara_of(const struct kith_package *package,
+                                               const struct kith_viscosity_settings *settings,
+                                               const struct kith_field *curl, kith_index i) {
   if (!kith_viscosity_balsara(settings)) return 1;
-  const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel);
-  const double divergence = fabs(package->velocity_divergence->f64[i]);
-  const double e = 1e-3 * package->hydro->sound_speed->f64[i] / h, sum = divergence + curl->f64[i] + e;
-  const double factor = sum > 0 ? (divergence + e) / sum : 1;
+  const double h = package->hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel),
+               factor = kith_balsara(package->velocity_divergence->f64[i], curl->f64[i],
+                                     1e-3 * package->hydro->sound_speed->f64[i] / h);
   return settings->balsara == KITH_BALSARA_SQUARED ? factor * factor : factor;
 }
 /* Sets the factors of the active nodes among begin .. end - 1 to Balsara's, if there are any. */
@@ -186,7 +190,7 @@ static inline void kith_balsara_factors(const struct kith_package *package,
     const kith_index stop = kith_stretch_end(nodes, from, end);
     for (kith_index i = from; i < stop; ++i)
       if (kith_node_active(nodes, i))
-        fields->factor->f64[i] = kith_balsara(package, settings, fields->curl, i);
+        fields->factor->f64[i] = kith_viscosity_balsara_of(package, settings, fields->curl, i);
   }
 }
 

@@ -39,6 +39,7 @@ struct mfm_truth {
   struct truth t;
   struct partners far; /* partners within twice the supports, for integrated faces */
   double pressure_slope[MOST][NDIM], exchange[MOST];
+  double balsara[MOST]; /* s of (6) */
 };
 
 static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const double *q, double *slope) {
@@ -106,7 +107,7 @@ static double stiffness_of(const struct world *w, int i) {
   return material_value(&w->hydro.material[w->nodes->list->u8[i]], "stiffness");
 }
 
-/* Equations (1) to (3) and (5), with the faces of the package. */
+/* Equations (1) to (3), (5) and (6), with the faces of the package. */
 static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   const struct mfm_faces *f = faces_of(w);
   const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
@@ -132,6 +133,9 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
     const double approach = l.velocity - r.velocity, most = 0.2 * mean_c * fmin(1, mean_c / du);
     if (du > 0 && approach > most) /* (5) */
       l.velocity -= (approach - most) / 2, r.velocity += (approach - most) / 2;
+    const double left = l.velocity - r.velocity, limited = copysign(fmin(fabs(left), 0.1 * mean_c), left),
+                 less = (1 - (m->balsara[i] + m->balsara[p->node]) / 2) * limited; /* (6) */
+    l.velocity -= less / 2, r.velocity += less / 2;
     struct mfm_star star = mfm_riemann(l, r);
     const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
     const double pi = m->t.pressure[i] + zero_i, pj = m->t.pressure[p->node] + zero_j;
@@ -159,6 +163,21 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   m->t.signal[i] = signal;
 }
 
+/* Balsara's factor by the antisymmetric part of the velocity gradient. */
+static double balsara_of(const struct world *w, const struct mfm_truth *m, int i) {
+  double divergence = 0, curl2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    divergence += m->t.gradient[i][a][a];
+    for (int b = 0; b < a; ++b) {
+      const double turn = m->t.gradient[i][a][b] - m->t.gradient[i][b][a];
+      curl2 += turn * turn;
+    }
+  }
+  const double h = m->t.support[i] / kith_kernel_support(w->package.kernel);
+  const double compressed = fabs(divergence) + 3e-3 * m->t.sound[i] / h;
+  return compressed / (compressed + sqrt(curl2));
+}
+
 /* All but the faces. */
 static void truth_states(const struct world *w, struct mfm_truth *m) {
   const int n = w->nodes->n_internal;
@@ -170,7 +189,10 @@ static void truth_states(const struct world *w, struct mfm_truth *m) {
   truth_close(w, &m->t);
   truth_gradient(w, &m->t);
   partners_find(&m->far, w, 2.3 * widest);
-  for (int i = 0; i < n; ++i) gradient_of(w, m, i, m->t.pressure, m->pressure_slope[i]);
+  for (int i = 0; i < n; ++i) {
+    gradient_of(w, m, i, m->t.pressure, m->pressure_slope[i]);
+    m->balsara[i] = balsara_of(w, m, i);
+  }
 }
 
 static void truth_clear_all(struct mfm_truth *m) {
