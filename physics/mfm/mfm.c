@@ -21,9 +21,11 @@
  * the velocity along the face. With the difference D = q_j - q_i of each and the slope a = grad q_i . (x_j -
  * x_i),
  *     q_i' = q_i + L(a, D) / 2,  L = a within -D and 1.5 D                                 (4)
- * the limiter of pairs of Hopkins 2015, psi_1 = 1/2, psi_2 = 1/4, without that of nodes, which he has before
- * it; the pressure loses no more than half. Chosen by experiment: van Leer's, L between 0 and D, has 1.5
- * times the error in Gresho's vortex and 0.9 times in Sod's tube; with L up to 2 D Noh's problem fails.
+ * the limiter of pairs of Hopkins 2015, psi_1 = 1/2, psi_2 = 1/4, without that of nodes, which he has
+ * before it; the pressure loses no more than half. Chosen by experiment: with L between 0 and D errors are
+ * 1.24 times as large in Sod's tube of equal masses (1-D, 200 nodes), 1.09 in Gresho's vortex (32^2), 1.10
+ * in Sedov's blast (2-D, 60), 19 in Kidder's capsule (2-D), .93 in Sod's tube in 2-D; with L up to 2 D
+ * .95, .95, .99, .98 and 1.06.
  *
  * The reconstructed velocities (4) of nodes that recede from each other, dv > 0 along the face, approach each
  * other by no more than
