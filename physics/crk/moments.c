@@ -146,8 +146,8 @@ KITH_HOT static void set_slope(const struct moments_pass *pass, kith_index i, co
   const size_t n = pass->rows->first[i + 1] - pass->rows->first[i];
   const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
   const double *restrict value = pass->moments->value->f64, *restrict weight = kith_scratch_lane(s, SLOPE);
-  double *restrict difference = kith_scratch_lane(s, GROWTH), moment[SYMMETRIC], inverse[SYMMETRIC],
-                   sum[NDIM];
+  double *restrict difference = kith_scratch_lane(s, GROWTH);
+  double moment[SYMMETRIC], inverse[SYMMETRIC], sum[NDIM];
   kith_lanes total[NDIM] = {{0}};
 #pragma omp simd
   for (size_t k = 0; k < n; ++k) difference[k] = weight[k] * (value[i] - value[row[k]]);

@@ -53,8 +53,8 @@ KITH_HOT static size_t load_row(const struct kith_nodes *nodes, const struct kit
 /* Corrects the sums of node i, with support h, for the barriers among its partners. A barrier node of volume
  * V counts as V / V_i nodes like i, where V_i is the volume of a node with support h; but as one node at
  * most, since a barrier node close to much finer gas would otherwise count as all the neighbors that a node
- * wants. masses: weights of the nodes; NULL: all are 1.
- * Returns by how much the sum of w falls with ln H because V_i grows with H. */
+ * wants. masses: weights of the nodes; NULL: all are 1. Returns by how much the sum of w falls with ln H
+ * because V_i grows with H. */
 KITH_INLINE double wall_sums(enum kith_kernel kernel, const struct density_pass *pass, kith_index i, double h,
                              const double *restrict masses, const struct kith_scratch *s, double *sum_w,
                              double *sum_q2g) {

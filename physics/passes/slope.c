@@ -21,8 +21,8 @@ KITH_INLINE void sum_row(enum kith_kernel kernel, const struct slope_pass *pass,
   const size_t n = pass->rows->first[i + 1] - pass->rows->first[i], padded = kith_lanes_padded(n);
   const double *restrict value = pass->value->f64, *restrict support = nodes->support->f64, own = support[i];
   const uint8_t *barrier = pass->package->barrier != NULL ? pass->package->barrier->u8 : NULL;
-  double *restrict weight = kith_scratch_lane(s, WEIGHT), *restrict difference =
-                                                              kith_scratch_lane(s, DIFFERENCE);
+  double *restrict weight = kith_scratch_lane(s, WEIGHT);
+  double *restrict difference = kith_scratch_lane(s, DIFFERENCE);
   kith_lanes moment[KITH_SYMMETRIC_SIZE] = {{0}}, flux[NDIM] = {{0}};
   kith_row_separations(nodes, pass->rows, i, kith_scratch_lane(s, SEPARATION), s->width, weight);
 #pragma omp simd
