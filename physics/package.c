@@ -135,8 +135,12 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
   shorten(&limit, farthest * cfl * h / speed, KITH_LIMIT_displacement);
   /* Only where the energy has to stay positive: an isothermal gas may lose all of it. */
   const bool limits = hydro->material[hydro->nodes->list->u8[i]].eos->energy_positive;
-  if (limits && u > kith_hydro_energy_round_off(hydro, i) && cooling > 0)
-    shorten(&limit, cfl * u / cooling, KITH_LIMIT_cooling);
+  if (limits && u > kith_hydro_energy_round_off(hydro, i)) {
+    /* P |div v| / rho is what an expansion takes from u, or soon will. */
+    const double work = KITH_MAX(hydro->pressure->f64[i], 0) * divergence;
+    shorten(&limit, cfl * hydro->density->f64[i] * u / work, KITH_LIMIT_compression);
+    if (cooling > 0) shorten(&limit, cfl * u / cooling, KITH_LIMIT_cooling);
+  }
   const double added_cfl = package->added_cfl > 0 ? KITH_MIN(cfl, package->added_cfl) : cfl;
   for (const struct kith_package *p = package->next; p != NULL; p = p->next)
     if (p->ops->longest_step != NULL) shorten(&limit, added_cfl * p->ops->longest_step(p, i), p->limit);
@@ -148,12 +152,13 @@ struct kith_timestep_limit kith_package_limit_of_node(const struct kith_package 
 static bool allows_more(const struct kith_package *package, kith_index i, double cfl, double dt) {
   const struct kith_hydro *hydro = package->hydro;
   const double h = hydro->nodes->support->f64[i] / kith_kernel_support(package->kernel), more = 1.0001 * dt,
-               a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM), u = hydro->energy->f64[i];
+               a = kith_norm(hydro->acceleration->f64 + (size_t)i * NDIM), u = hydro->energy->f64[i],
+               divergence = fabs(package->velocity_divergence->f64[i]);
   return package->next == NULL && more * package->signal->f64[i] < cfl * h &&
-         more * (more * a) < 0.64 * cfl * cfl * h &&
-         more * fabs(package->velocity_divergence->f64[i]) < cfl &&
+         more * (more * a) < 0.64 * cfl * cfl * h && more * divergence < cfl &&
          more * more * speed2(hydro, i) < farthest * farthest * cfl * cfl * h * h &&
-         (u <= 0 || -more * hydro->energy_rate->f64[i] < cfl * u);
+         (u <= 0 || (-more * hydro->energy_rate->f64[i] < cfl * u &&
+                     more * divergence * hydro->pressure->f64[i] < cfl * u * hydro->density->f64[i]));
 }
 
 struct kith_timestep_limit kith_package_limit_of_rank(const struct kith_package *package, double cfl) {
