@@ -20,11 +20,11 @@
  * Negative pressures are multiplied by t of tension.h. With t along d alone angular momentum would be kept to
  * round-off, as it is in gas, but turning water was torn sooner (spinning-square.yaml).
  *
- * With the weights w(r / H_i) errors were larger: by half in Toro's problem 3, a third in Sod's tube and two
- * blasts, a sixth in Sedov's blast in 1-D, 4 % in 3-D. With the mean pressure of the pair times N_i + N_j in
- * (2), Toro 3 stops with a negative energy if (3) has the work of this force; if it has that of P_i, sheared
- * shocks and expansions lose 15 and 46 %, and angular momentum is not kept. Dissipation of pressure evens out
- * contacts and noise, but errors in strong shocks grow:
+ * With the weights w(r / H_i) errors were larger: by half in Toro's problem 3, a third in Sod's tube and
+ * two blasts, a sixth in Sedov's blast in 1-D, a tenth in 3-D. With the mean pressure of the pair times
+ * N_i + N_j in (2), Toro 3 stops with a negative energy if (3) has the work of this force; if it has that
+ * of P_i, sheared shocks and expansions lose 15 and 46 %, and angular momentum is not kept. Dissipation of
+ * pressure evens out contacts and noise, but errors in strong shocks grow:
  *                                                    a_K =   0    0.3     1
  *     error of the pressure at the contact of Sod's tube,
  *         400 nodes of equal spacing                       .66    .14   .085

@@ -46,7 +46,7 @@
  *     noise after five crossings (sph .0067, crk .0027)           .0021  .0029  .0035  .0028
  *     place of a sheared shock of Noh, in spacings                .344   .290   .290   .393
  *     Saltzman 2-D, L1 of the density                             .0660  .0668  .0672  .0765
- * Between 0.05 c and 0.5 c as a limit these figures hardly change.
+ * With a limit of 0.05 c to 0.5 c instead of 0.1 c the first three change by 6 % at most.
  *
  * The density is that of the node, where Hopkins reconstructs it too: nothing but the impedances rho c of
  * both sides depends on it, and through them P* and S* only as far as the reconstructed states differ. This
