@@ -1,5 +1,4 @@
-/* The force pass without the pair function: packing, loading, both traversals, tiles, sums, barriers,
- * external forces. */
+/* The force pass without the pair function: packing, loading, both traversals, tiles, sums, barriers. */
 #include "physics/passes/force.h"
 
 #include <string.h>
@@ -83,18 +82,11 @@ KITH_INLINE void correct_barriers(const struct kith_force_pass *pass, kith_index
 
 /* --- summing --- */
 
-struct sums {
-  double force[NDIM], heat, signal;
-  double impulse[NDIM + 1], opening[NDIM + 1]; /* with block steps: force, then heat */
-  double outside[NDIM + 1];                    /* by what is no gas: force, then power */
-  double outside_opening[NDIM + 1];            /* with block steps: the opening part of that */
-};
-
 /* Computes the weights (1) of block_steps.h of the n pairs of i with these nodes, as parts that close the
  * last interval of a pair and open its next. */
 KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
                              size_t n, kith_lanes *restrict closing, kith_lanes *restrict opening) {
-  const struct kith_block_steps *b = pass->kick->blocks;
+  const struct kith_block_steps *b = pass->rates.kick->blocks;
   const double t = b->last->f64[i], d = b->step->f64[i], after = b->next->f64[i], now = b->now;
   kith_lanes last[KITH_BLOCK / KITH_LANES];
   for (size_t k = 0; k < n; k += KITH_LANES) {
@@ -119,7 +111,7 @@ KITH_INLINE void weigh_block(const struct kith_force_pass *pass, kith_index i, c
 /* Adds forces and heats of n entries, padded to whole lanes, and with block steps the weighted ones. */
 KITH_INLINE void add_block(const struct kith_force_pass *pass, bool weighs, size_t n,
                            const double *restrict out, const kith_lanes *restrict closing,
-                           const kith_lanes *restrict opening, struct sums *sums) {
+                           const kith_lanes *restrict opening, struct kith_pair_sums *sums) {
   kith_lanes force[NDIM + 1] = {{0}}, ended[NDIM + 1] = {{0}}, begun[NDIM + 1] = {{0}};
   for (size_t k = 0; k < n; k += KITH_LANES)
     for (int a = 0; a <= NDIM; ++a) {
@@ -131,7 +123,7 @@ KITH_INLINE void add_block(const struct kith_force_pass *pass, bool weighs, size
   for (int a = 0; a < NDIM; ++a) sums->force[a] += kith_lanes_total(&force[a]);
   sums->heat += kith_lanes_total(&force[NDIM]);
   for (int a = 0; weighs && a <= NDIM; ++a) {
-    sums->impulse[a] += pass->kick->blocks->tick * kith_lanes_total(&ended[a]);
+    sums->impulse[a] += pass->rates.kick->blocks->tick * kith_lanes_total(&ended[a]);
     sums->opening[a] += kith_lanes_total(&begun[a]) / KITH_TICKS;
   }
 }
@@ -149,7 +141,7 @@ KITH_INLINE void couple(const struct kith_force_pass *pass, const struct kith_pa
  * 1, and nothing opens. */
 KITH_INLINE void add_outside(const struct kith_force_pass *pass, kith_index i, const kith_index *restrict row,
                              size_t n, const double *restrict out, const double *restrict closing,
-                             const double *restrict opening, struct sums *sums) {
+                             const double *restrict opening, struct kith_pair_sums *sums) {
   const double *restrict v = pass->package->hydro->velocity->f64 + (size_t)i * NDIM;
   for (size_t k = 0; k < n; ++k) {
     if (pass->flag[row[k]] == KITH_GAS) continue;
@@ -216,7 +208,7 @@ KITH_INLINE void give(const struct kith_force_pass *pass, const struct tile *t,
 
 /* Adds to the sums of node i what it has been given. */
 KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *t, kith_index i,
-                         struct sums *sums) {
+                         struct kith_pair_sums *sums) {
   const size_t j = (size_t)(i - t->begin);
   const kith_lanes *given = t->given + j * t->groups;
   for (int a = 0; a < NDIM; ++a) sums->force[a] -= given[0][a];
@@ -224,7 +216,7 @@ KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *
   sums->signal = KITH_MAX(sums->signal, t->signal[j]);
   for (int a = 0; pass->ticks != NULL && a <= NDIM; ++a) {
     const double sign = a < NDIM ? -1 : 1;
-    sums->impulse[a] += sign * pass->kick->blocks->tick * given[1][a];
+    sums->impulse[a] += sign * pass->rates.kick->blocks->tick * given[1][a];
     sums->opening[a] += sign / KITH_TICKS * given[2][a];
   }
   if (pass->flag == NULL) return;
@@ -238,7 +230,7 @@ KITH_INLINE void receive(const struct kith_force_pass *pass, const struct tile *
 
 /* Sums the block for its node, and gives the pairs to the partners that lie in the tile. */
 KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct kith_partner_block *b,
-                           const struct tile *tile, double *restrict out, struct sums *sums) {
+                           const struct tile *tile, double *restrict out, struct kith_pair_sums *sums) {
   const struct kith_partners *of = b->of;
   const size_t n = b->n, from = KITH_MAX(of->given, b->begin), to = KITH_MIN(of->given_end, b->begin + n);
   const double *restrict signal = out + KITH_SIGNAL * KITH_STRIDE;
@@ -258,136 +250,6 @@ KITH_INLINE void sum_block(const struct kith_force_pass *pass, const struct kith
     for (int a = 0; a <= NDIM; ++a) out[(size_t)(KITH_FORCE + a) * KITH_STRIDE + k] = 0;
   if (pass->flag != NULL) add_outside(pass, of->i, b->node, n, out, closing, opening, sums);
   add_block(pass, weighs, n, out, weight[0], weight[1], sums);
-}
-
-/* --- nodes --- */
-
-/* Completes node i after the last package by (2) of block_steps.h, with its names: w is the velocity that the
- * node drifts with, p the one that pairs saw, k the closing impulse, v the velocity at the last activity. A
- * touched node gets impulses and keeps its rates. Until now hydro->acceleration of active nodes is the
- * external force at their last activity. */
-static void end_blocks(const struct kith_force_pass *pass, kith_index i) {
-  const struct kith_block_steps *b = pass->kick->blocks;
-  const struct kith_package *package = pass->package;
-  const struct kith_hydro *hydro = package->hydro;
-  const size_t at = (size_t)i * NDIM;
-  const bool active = kith_node_active(hydro->nodes, i),
-             external = package->pair_acceleration != hydro->acceleration;
-  /* Durations: of a base step; since the last activity; since the middle of the step; to that of the next. */
-  const double base = b->tick * KITH_TICKS, since = b->tick * (b->now - b->last->f64[i]),
-               middle = since - 0.5 * b->tick * b->step->f64[i],
-               later = b->ends ? 0 : 0.5 * b->tick * b->next->f64[i], *restrict p = hydro->velocity->f64 + at,
-               *restrict k = b->impulse->f64 + at, *restrict opening = b->opening->f64 + at;
-  double *restrict w = b->velocity->f64 + at, *all = hydro->acceleration->f64 + at,
-                   *pairs = package->pair_acceleration->f64 + at, *restrict v = b->velocity_last->f64 + at;
-  double g[NDIM] = {0}, closing_work = 0, opening_work = 0, slope = 0, fall = 0;
-  if (external && active)
-    kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, g);
-  for (int a = 0; a < NDIM; ++a) {
-    /* The external force at the last activity; by how much the velocity is ahead of the prediction. */
-    const double last = external ? active ? all[a] : all[a] - pairs[a] : 0;
-    const double o = base * opening[a], ahead = w[a] + middle * last - p[a];
-    fall += active ? last * (0.5 * (v[a] + p[a]) - w[a] - (middle - 0.5 * since) * last) : last * (k[a] + o);
-    /* The closing part gives the state at n. */
-    closing_work += k[a] * (ahead + 0.5 * k[a]);
-    if (active) v[a] = w[a] + k[a] + middle * g[a];
-    /* The opening part begins the next drift; that of the next base step waits until its length is known. */
-    opening_work += opening[a] * (ahead + k[a]);
-    slope += o * opening[a];
-    w[a] += k[a] + (b->ends ? 0 : o) + (active ? (middle + later) * g[a] : 0);
-    if (external && active) all[a] = pairs[a] + g[a];
-  }
-  /* The energy at n: closing heat less closing work, and what the fall of the prediction lacks. */
-  double *const u = &b->energy->f64[i], *const begun = &b->opening_heat->f64[i];
-  *u += b->heat->f64[i] - (package->compatible ? closing_work : 0);
-  if (b->fall != NULL && package->compatible) {
-    *u += active ? since * fall + b->fall->f64[i] : 0;
-    b->fall->f64[i] = active ? 0 : b->fall->f64[i] + since * fall;
-  }
-  if (active) b->energy_last->f64[i] = *u;
-  /* That of the next drift: opening heat less opening work, whose part by k^2 / 2 grows with the step. */
-  *begun -= package->compatible ? opening_work : 0;
-  if (!b->ends) *u += base * (*begun - (package->compatible ? 0.5 * slope : 0));
-  if (!active) return;
-  const double rate = hydro->energy_rate->f64[i];
-  b->rate_slope->f64[i] = since > 0 ? (rate - b->rate_last->f64[i]) / since : 0;
-  b->rate_last->f64[i] = rate;
-}
-
-/* Weights the sums of forces and heats, where all pairs have the same weight. */
-static void weigh_sums(const struct kith_block_steps *b, kith_index i, struct sums *sums) {
-  const double closing = b->now - b->last->f64[i] - 0.5 * b->step->f64[i], opening = 0.5 * b->next->f64[i];
-  for (int a = 0; a <= NDIM; ++a) {
-    const double value = a < NDIM ? sums->force[a] : sums->heat;
-    sums->impulse[a] = b->tick * closing * value;
-    sums->opening[a] = opening / KITH_TICKS * value;
-    sums->outside_opening[a] = opening * sums->outside[a];
-    sums->outside[a] *= closing;
-  }
-}
-
-KITH_INLINE void store_blocks(const struct kith_force_pass *pass, kith_index i, struct sums *sums) {
-  const struct kith_block_steps *b = pass->kick->blocks;
-  if (b->alike) weigh_sums(b, i, sums);
-  struct kith_package *package = pass->package;
-  const struct kith_hydro *hydro = package->hydro;
-  const size_t at = (size_t)i * NDIM;
-  const double mass = hydro->mass->f64[i];
-  const bool adds = pass->adds, active = kith_node_active(hydro->nodes, i);
-  double *all = hydro->acceleration->f64 + at, *pairs = package->pair_acceleration->f64 + at;
-  double *impulse = b->impulse->f64 + at, *opening = b->opening->f64 + at;
-  for (int a = 0; a < NDIM; ++a) {
-    if (active && !adds && all != pairs) all[a] -= pairs[a];
-    if (active) pairs[a] = (adds ? pairs[a] : 0) + sums->force[a] / mass;
-    impulse[a] = (adds ? impulse[a] : 0) + sums->impulse[a] / mass;
-    opening[a] = (adds ? opening[a] : 0) + sums->opening[a] / mass;
-  }
-  double *const heat = &b->heat->f64[i], *const later = &b->opening_heat->f64[i],
-                *const rate = &hydro->energy_rate->f64[i], *const signal = &package->signal->f64[i];
-  *heat = (adds ? *heat : 0) + sums->impulse[NDIM] / mass;
-  *later = (adds ? *later : 0) + sums->opening[NDIM] / mass;
-  if (active) *rate = (adds ? *rate : 0) + sums->heat / mass;
-  for (int a = 0; pass->flag != NULL && a <= NDIM; ++a) {
-    double *closed = a < NDIM ? hydro->outside_force->f64 + at + a : hydro->outside_power->f64 + i,
-           *opened = a < NDIM ? b->outside->f64 + at + a : b->outside_power->f64 + i;
-    *closed = (adds ? *closed : 0) + b->tick * sums->outside[a];
-    *opened = (adds ? *opened : 0) + sums->outside_opening[a] / KITH_TICKS;
-  }
-  if (!adds) *signal = active ? sums->signal : KITH_MAX(*signal, sums->signal);
-  if (pass->is_last) end_blocks(pass, i);
-}
-
-/* Stores what (1) of package.h needs: the first package sets the sums, the others add to them, the last
- * completes them. In between the acceleration is the external force of the last evaluation, if there is
- * one. */
-KITH_INLINE void store(const struct kith_force_pass *pass, kith_index i, const struct sums *sums) {
-  struct kith_package *package = pass->package;
-  const struct kith_hydro *hydro = package->hydro;
-  const size_t at = (size_t)i * NDIM;
-  const double mass = hydro->mass->f64[i], *restrict velocity = hydro->velocity->f64 + at,
-               *restrict base = pass->kick->velocity_base->f64 + at;
-  double *all = hydro->acceleration->f64 + at, *pairs = package->pair_acceleration->f64 + at, correction = 0;
-  const bool adds = pass->adds, external = pairs != all;
-  for (int a = 0; a < NDIM; ++a) {
-    if (!adds && external) all[a] -= pairs[a];
-    pairs[a] = adds ? pairs[a] + sums->force[a] / mass : sums->force[a] / mass;
-  }
-  const double rate = sums->heat / mass;
-  hydro->energy_rate->f64[i] = adds ? hydro->energy_rate->f64[i] + rate : rate;
-  if (!adds) package->signal->f64[i] = sums->signal;
-  if (pass->flag != NULL) {
-    double *force = hydro->outside_force->f64 + at, *power = &hydro->outside_power->f64[i];
-    for (int a = 0; a < NDIM; ++a) force[a] = (adds ? force[a] : 0) + sums->outside[a];
-    *power = (adds ? *power : 0) + sums->outside[NDIM];
-  }
-  if (!pass->is_last) return;
-  for (int a = 0; a < NDIM; ++a)
-    correction -= pairs[a] * (base[a] + pass->kick->lead * (external ? all[a] : 0) - velocity[a]);
-  if (external) {
-    memcpy(all, pairs, NDIM * sizeof *all);
-    kith_external_force_add(&hydro->external_force, hydro->nodes->position->f64 + at, all);
-  }
-  if (package->compatible) package->energy_correction->f64[i] = correction;
 }
 
 /* --- chunks --- */
@@ -411,7 +273,7 @@ KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct kith_
 
 /* Evaluates the pairs of a node with its partners and sums them. tile: that of the node, or NULL. */
 KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct kith_partners *of,
-                              const struct tile *tile, struct kith_scratch *s, struct sums *sums) {
+                              const struct tile *tile, struct kith_scratch *s, struct kith_pair_sums *sums) {
   const struct kith_rows *rows = &pass->connectivity->rows;
   double *out = kith_force_values(pass, s);
   for (size_t k = 0; k < of->n; k += KITH_BLOCK) {
@@ -424,23 +286,16 @@ KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct k
   }
 }
 
-static void store_sums(const struct kith_force_pass *pass, kith_index i, struct sums *sums) {
-  if (pass->kick->blocks != NULL)
-    store_blocks(pass, i, sums);
-  else
-    store(pass, i, sums);
-}
-
 /* Sums nodes begin .. end - 1, each over its whole row. */
 KITH_HOT static void gather_chunk(void *context, kith_index begin, kith_index end, struct kith_scratch *s) {
   const struct kith_force_pass *pass = context;
   const size_t *first = pass->connectivity->rows.first;
   for (kith_index i = begin; i < end; ++i) {
-    struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[i]};
+    struct kith_pair_sums sums = {.signal = pass->package->hydro->sound_speed->f64[i]};
     const struct kith_partners all = {
         .i = i, .rest = first[i], .n = first[i + 1] - first[i], .first = first[i]};
     sum_partners(pass, &all, NULL, s, &sums);
-    store_sums(pass, i, &sums);
+    kith_rates_store(&pass->rates, i, &sums);
   }
 }
 
@@ -462,10 +317,10 @@ KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end,
     }
     const kith_index now = i - AHEAD;
     if (now < begin || (activity != NULL && activity[now] == KITH_IDLE)) continue;
-    struct sums sums = {.signal = pass->package->hydro->sound_speed->f64[now]};
+    struct kith_pair_sums sums = {.signal = pass->package->hydro->sound_speed->f64[now]};
     sum_partners(pass, &next[now % (AHEAD + 1)], &tile, s, &sums);
     receive(pass, &tile, now, &sums);
-    store_sums(pass, now, &sums);
+    kith_rates_store(&pass->rates, now, &sums);
   }
 }
 
@@ -496,7 +351,8 @@ static void pack(void *context, kith_index begin, kith_index end) {
     for (kith_index i = from; i < stop; ++i)
       if (activity == NULL || i >= internal || activity[i] != KITH_IDLE) {
         pass->pack(package, i, packed_particle(pass, i));
-        if (pass->ticks != NULL) pack_ticks(pass->kick->blocks, i, pass->ticks + (size_t)i * KITH_LANES);
+        if (pass->ticks != NULL)
+          pack_ticks(pass->rates.kick->blocks, i, pass->ticks + (size_t)i * KITH_LANES);
       }
   }
   kith_profile_count(package->profile, "bytes",
@@ -516,14 +372,11 @@ kith_status kith_force(struct kith_package *package, const struct kith_connectiv
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index all = kith_nodes_count(nodes), internal = nodes->n_internal;
   const size_t size = kith_lanes_padded((size_t)pass->n_packed);
-  pass->package = package, pass->connectivity = connectivity, pass->kick = kick;
+  pass->package = package, pass->connectivity = connectivity;
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   pass->flag = hydro->outside_force != NULL ? nodes->flag->u8 : NULL;
   pass->f_couple = kith_connectivity_factors(&connectivity->pairs);
-  pass->adds = package->limit != KITH_LIMIT_nothing;
-  pass->is_last = true;
-  for (const struct kith_package *p = package->next; p != NULL; p = p->next)
-    pass->is_last = pass->is_last && p->ops->evaluate == NULL;
+  pass->rates = kith_rates_of(package, kick);
   const bool weighs = kick->blocks != NULL && !kick->blocks->alike;
   const size_t packed = (size_t)all * size;
   KITH_TRY(kith_nodes_work(nodes, (packed + (weighs ? (size_t)all * KITH_LANES : 0)) * sizeof(double),

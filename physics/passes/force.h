@@ -31,6 +31,7 @@
 
 #include "lib/core/lanes.h"
 #include "physics/passes/partners.h"
+#include "physics/passes/rates.h"
 #include "physics/passes/sweep.h"
 
 /* The first fields of every packed particle. */
@@ -80,16 +81,13 @@ struct kith_force_pass {
   /* The rest is filled by kith_force. */
   struct kith_package *package;
   const struct kith_connectivity *connectivity;
-  const struct kith_kick *kick;
-  double *packed;         /* particles, in the memory of kith_nodes_work */
-  double *ticks;          /* with block steps: last, step, next of nodes, four doubles each; or NULL: (1) of
-                               * block_steps.h is the same for all pairs */
-  const uint8_t *barrier; /* [nodes] or NULL */
-  const uint8_t *flag;    /* [nodes] flags (nodes.h); NULL: not needed */
-  const double *f_couple; /* [pairs] or NULL: 1 for all */
-  int lanes;              /* lanes of scratch, without what the nodes of a tile are given */
-  bool adds;              /* of an added package: its rates are added to those of the packages before */
-  bool is_last;           /* last package to evaluate: it completes what (1) of package.h needs */
+  double *packed; /* particles, in the memory of kith_nodes_work */
+  double *ticks; /* [nodes][4] last, step, next; NULL: (1) of block_steps.h is the same for all pairs, or 1 */
+  const uint8_t *barrier;  /* [nodes] or NULL */
+  const uint8_t *flag;     /* [nodes] flags (nodes.h); NULL: not needed */
+  const double *f_couple;  /* [pairs] or NULL: 1 for all */
+  int lanes;               /* lanes of scratch, without what the nodes of a tile are given */
+  struct kith_rates rates; /* where the sums go */
 };
 
 /* Packs the first fields of particle i. */
@@ -171,8 +169,7 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
     kith_force_evaluate(pair, KITH_KERNEL_##name, pair##_packed, pass, i, partner, shift, n, known, s);   \
   }
 
-/* Packs the particles and sums the pairs: accelerations (with the external force), signal speeds, and what
- * (1) of package.h needs. */
+/* Packs the particles, sums the pairs, and stores the rates (rates.h). */
 kith_status kith_force(struct kith_package *package, const struct kith_connectivity *connectivity,
                        const struct kith_kick *kick, struct kith_force_pass *pass);
 
