@@ -39,7 +39,7 @@ struct mfm_truth {
   struct truth t;
   struct partners far; /* partners within twice the supports, for integrated faces */
   double pressure_slope[MOST][NDIM], exchange[MOST];
-  double balsara[MOST]; /* s of (6) */
+  double kept[MOST]; /* s of (6) */
 };
 
 static void gradient_of(const struct world *w, struct mfm_truth *m, int i, const double *q, double *slope) {
@@ -134,7 +134,7 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
     if (du > 0 && approach > most) /* (5) */
       l.velocity -= (approach - most) / 2, r.velocity += (approach - most) / 2;
     const double left = l.velocity - r.velocity, limited = copysign(fmin(fabs(left), 0.1 * mean_c), left),
-                 less = (1 - (m->balsara[i] + m->balsara[p->node]) / 2) * limited; /* (6) */
+                 less = (1 - (m->kept[i] + m->kept[p->node]) / 2) * limited; /* (6) */
     l.velocity -= less / 2, r.velocity += less / 2;
     struct mfm_star star = mfm_riemann(l, r);
     const double zero_i = stiffness_of(w, i), zero_j = stiffness_of(w, p->node);
@@ -163,8 +163,8 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   m->t.signal[i] = signal;
 }
 
-/* Balsara's factor by the antisymmetric part of the velocity gradient. */
-static double balsara_of(const struct world *w, const struct mfm_truth *m, int i) {
+/* s of (6), by the antisymmetric part of the velocity gradient. */
+static double kept_of(const struct world *w, const struct mfm_truth *m, int i) {
   double divergence = 0, curl2 = 0;
   for (int a = 0; a < NDIM; ++a) {
     divergence += m->t.gradient[i][a][a];
@@ -175,7 +175,8 @@ static double balsara_of(const struct world *w, const struct mfm_truth *m, int i
   }
   const double h = m->t.support[i] / kith_kernel_support(w->package.kernel);
   const double compressed = fabs(divergence) + 3e-3 * m->t.sound[i] / h;
-  return compressed / (compressed + sqrt(curl2));
+  const double factor = compressed / (compressed + sqrt(curl2));
+  return factor < 1.0 / 16 ? 16 * factor * factor : factor;
 }
 
 /* All but the faces. */
@@ -191,7 +192,7 @@ static void truth_states(const struct world *w, struct mfm_truth *m) {
   partners_find(&m->far, w, 2.3 * widest);
   for (int i = 0; i < n; ++i) {
     gradient_of(w, m, i, m->t.pressure, m->pressure_slope[i]);
-    m->balsara[i] = balsara_of(w, m, i);
+    m->kept[i] = kept_of(w, m, i);
   }
 }
 
