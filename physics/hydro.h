@@ -20,7 +20,7 @@
  *   phi = - g . (x - origin) - G M / (d^2 + s^2)^(1/2)
  *
  * The potential is 1/d in 1-D, 2-D and 3-D alike. The force is added after the pair forces are summed
- * (force.c), independent of packages and schemes. Its work goes into kinetic energy alone. Kinetic + internal
+ * (rates.c), independent of packages and schemes. Its work goes into kinetic energy alone. Kinetic + internal
  * + potential energy is conserved as well as the scheme can: to second order in dt for leapfrog, without a
  * trend. */
 struct kith_external_force {
