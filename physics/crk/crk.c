@@ -6,8 +6,8 @@
  * Forces are those of the antisymmetric part of the gradient: they conserve momentum, but not angular
  * momentum, for they are not central.
  *     m_i dv_i/dt = - sum_j (1/2) V_i V_j (P_i + P_j + Q_ij) D,  D = grad W^R_ij - grad W^R_ji        (5)
- *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-s_mean alpha c_mean mu + beta mu^2),
- *     mu and Balsara's factor s as in viscosity.h                                                     (6)
+ *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) q_ij,
+ *     q_ij = -s alpha c_mean mu + beta mu^2, less in shear: see viscosity.h                           (6)
  * Negative pressures are multiplied by t of tension.h.
  * alpha is 1.5, half more than in the other packages: behind shocks velocities scatter 1.7 times less than
  * with 1, noise dies out twice as fast, and more values of `kith stress` pass (methods.md: the price).

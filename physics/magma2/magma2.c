@@ -10,13 +10,13 @@
  * Were M_i isotropic, P_i N_i would be the term with Omega of the Lagrangian (sph.c). MAGMA2 has the weights
  * W(r / H_i) in M_i and N_i. N is not along d, but sum_j d N_i = V_i 1 has no torque: with Q along d, angular
  * momentum is kept, too. Where M is close to singular, an isotropic one takes its place.
- *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) (-s_mean alpha c_mean mu + beta mu^2)                    (4)
+ *     Q_ij = 2 rho_i rho_j / (rho_i + rho_j) q_ij,
+ *     q_ij = -s alpha c_mean mu + beta mu^2, less in shear: see viscosity.h                           (4)
  *     K_ij = a_K (P_i + P_j) / 2 a_ij r {P_j - P_i} / (rho_i c_i + rho_j c_j)                         (5)
  *     a_ij = d . (N_i + N_j) / r^2
- * with mu and Balsara's factor s of viscosity.h, and {} of kith_pressure_heat. With alpha = 1, Q / 2 is what
- * Roe's solver adds to the mean pressure; with a_K = 1, K is the work at the face that this solver moves. The
- * term of beta is for strong shocks. MAGMA2's viscosity switch by entropy is not taken over: all pairs have
- * alpha, and Balsara's factor.
+ * with {} of kith_pressure_heat. With alpha = 1, Q / 2 is what Roe's solver adds to the mean pressure; with
+ * a_K = 1, K is the work at the face that this solver moves. The term of beta is for strong shocks. MAGMA2's
+ * viscosity switch by entropy is not taken over: all pairs have alpha, and Balsara's factor.
  * Negative pressures are multiplied by t of tension.h. With t along d alone angular momentum would be kept to
  * round-off, as it is in gas, but turning water was torn sooner (spinning-square.yaml).
  *

@@ -8,9 +8,9 @@
  *                            + m_i m_j Pi_ij grad_i W_mean]                                            (3)
  *     m_i du_i/dt =   sum_j [psi_i (m_j - X_i) v_ij . grad_i W(H_i)
  *                            + (1/2) m_i m_j Pi_ij v_ij . grad_i W_mean]                               (4)
- *     Pi_ij = (-s_mean alpha c_mean mu + beta mu^2) / rho_mean                                         (5)
- * with mu of viscosity.h (Monaghan 1997, JCoPh 136, 298). s is Balsara's factor (viscosity.h), times the
- * switch of (6) if there is one. Negative pressures are multiplied by t of tension.h.
+ *     Pi_ij = q_ij / rho_mean,  q_ij = -s alpha c_mean mu + beta mu^2, less in shear                   (5)
+ * with mu and q of viscosity.h (Monaghan 1997, JCoPh 136, 298). s is Balsara's factor (viscosity.h), times
+ * the switch of (6) if there is one. Negative pressures are multiplied by t of tension.h.
  *
  * Setting viscosity.name `cullen-dehnen`: the switch s follows the compression rate (Cullen and Dehnen 2010,
  *     MNRAS 408, 669; in the form of Price et al. 2018, PASA 35, e031, eqs. 45-48). With h = 2 sigma and
@@ -110,9 +110,8 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
   }
   const double gi = kith_kernel_gradient(kernel, c->kernel, p.qi, i[KITH_PACKED_INVERSE]);
   const double gj = kith_kernel_gradient(kernel, c->kernel, p.qj, J(KITH_PACKED_INVERSE));
-  const double s = full ? 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH)) : 1, alpha = c->viscosity.alpha * s,
-               beta = c->viscosity.factored > 0 ? c->viscosity.beta * s : c->viscosity.beta;
-  const double viscosity = (beta * p.mu - alpha * p.sound) * p.mu * p.inverse_densities; /* Pi / 2 */
+  const double s = full ? 0.5 * (i[SPH_SWITCH] + J(SPH_SWITCH)) : 1,
+               viscosity = kith_viscous_term(&c->viscosity, &p, s) * p.inverse_densities; /* Pi / 2 */
 
   /* (3): pressure of i, pressure of j, viscosity; all along x_ij. */
   const double masses = i[SPH_MASS] * J(SPH_MASS);

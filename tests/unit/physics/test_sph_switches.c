@@ -1,6 +1,7 @@
 /* test_sph_switches.c - what reduces viscosity, and what carries heat, in package sph: Balsara's factor, the
  * switch of Cullen and Dehnen, conduction, dissipation of pressure. Oracles: the same gas with the term
  * switched off, exact sums of heat, and shear and compression, whose limits are known. */
+#include "physics/passes/viscosity.h"
 #include "tests/unit/scenario.h"
 
 static const char box[] =
@@ -46,15 +47,36 @@ static void check_shear(void) {
   CHECK(loss(SHEAR "method.viscosity.balsara=balsara") < left * sph);
   CHECK(loss(SHEAR "method.viscosity.balsara=squared") < left * sph);
   CHECK(loss(SHEAR "method.package=crk") < left * crk);
+#define SLOW_SHEAR "regions.0.velocity=[0,0.2*sin(2*pi*x),0] method.viscosity.alpha=0 "
+  CHECK(loss(SLOW_SHEAR) < 0.5 * loss(SLOW_SHEAR "method.viscosity.balsara=none"));
 }
 #endif
+
+/* In shear alone SLOW leaves nothing of a difference below 0.05 c, and takes 0.05 c from a fast one; half of
+ * this where 20 s is 1/2; nothing without a curl. Switches alone leave the quadratic term. */
+static void check_term(void) {
+  const double alpha = 1.5, beta = 2, c = 2;
+  struct kith_viscosity_settings settings = {KITH_VISCOSITY_LIMITED, alpha, beta, KITH_BALSARA_SLOW};
+  struct kith_viscosity_constants constants = kith_viscosity_constants(&settings, 40);
+  const struct kith_viscous_pair slow = {.mu = -0.03, .sound = c}, fast = {.mu = -1, .sound = c};
+  CHECK_CLOSE(kith_viscous_term(&constants, &slow, 0), 0, 1e-16);
+  CHECK_CLOSE(kith_viscous_term(&constants, &fast, 0), beta * 0.9, 1e-15);
+  CHECK_CLOSE(kith_viscous_term(&constants, &fast, 1.0 / 40), beta * 0.95 + alpha * c / 40, 1e-15);
+  CHECK_CLOSE(kith_viscous_term(&constants, &fast, 0.25), beta + alpha * c / 4, 1e-15);
+  CHECK_CLOSE(kith_viscous_term(&constants, &slow, 1), beta * 0.03 * 0.03 + alpha * c * 0.03, 1e-15);
+  settings.balsara = KITH_BALSARA_NONE, constants = kith_viscosity_constants(&settings, 40);
+  CHECK_CLOSE(kith_viscous_term(&constants, &fast, 0.01), beta + 0.01 * alpha * c, 1e-15);
+  settings.balsara = KITH_BALSARA_FACTOR, constants = kith_viscosity_constants(&settings, 40);
+  CHECK_CLOSE(kith_viscous_term(&constants, &fast, 0.25), 0.25 * (beta + alpha * c), 1e-15);
+}
 
 #define CONVERGING "regions.0.velocity=[-sin(2*pi*x),0,0] "
 /* Without a curl the factor is 1. */
 static void check_compression(void) {
-  const double none = loss(CONVERGING "method.viscosity.balsara=none"),
+  const double none = loss(CONVERGING "method.viscosity.balsara=none"), slow = loss(CONVERGING),
                one = loss(CONVERGING "method.viscosity.balsara=squared");
   CHECK(none > 0.01);
+  CHECK_CLOSE(slow, none, 1e-12 * none);
   CHECK_CLOSE(one, none, 1e-12 * none);
   /* by symmetry pressure does no net work at the start */
   CHECK_CLOSE(loss(CONVERGING "method.viscosity.name=none"), 0, 1e-13);
@@ -132,6 +154,7 @@ int main(void) {
 #if NDIM > 1
   check_shear();
 #endif
+  check_term();
   check_compression();
   check_conduction();
   check_pressures();
