@@ -246,8 +246,8 @@ kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_node
   }
   if (any) ++nodes->positions;
   if (lost < INT32_MAX)
-    KITH_FAIL(DIVERGED, "node %lld is at %g on axis %d, far outside of [%g, %g]",
-              (long long)nodes->id->i64[lost], x[(size_t)lost * NDIM], boundary->axis, boundary->lower,
-              boundary->upper);
+    KITH_FAIL_NODE(DIVERGED, nodes->id->i64[lost], "node %lld is at %g on axis %d, far outside of [%g, %g]",
+                   (long long)nodes->id->i64[lost], x[(size_t)lost * NDIM], boundary->axis, boundary->lower,
+                   boundary->upper);
   return KITH_OK;
 }

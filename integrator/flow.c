@@ -59,9 +59,10 @@ static kith_status make_successor(struct kith_integrator *it, const struct kith_
   for (int a = 0; a < NDIM; ++a) nodes->position->f64[(size_t)to * NDIM + (size_t)a] += b->zone[a];
   nodes->id->i64[to] += it->flow.id_stride;
   if (depth_of(it, b, to) > 0) return KITH_OK;
-  KITH_FAIL(DIVERGED,
-            "node %lld passes the zone of an %s, %g deep, within a step: a shorter step is required",
-            (long long)nodes->id->i64[from], b->ops->name, kith_flow_deepest(b));
+  const int64_t id = nodes->id->i64[from];
+  KITH_FAIL_NODE(DIVERGED, id,
+                 "node %lld passes the zone of an %s, %g deep, within a step: a shorter step is required",
+                 (long long)id, b->ops->name, kith_flow_deepest(b));
 }
 
 static kith_status enter(struct kith_integrator *it, const struct kith_boundary *b, struct kith_sum *sums,
@@ -79,8 +80,8 @@ static kith_status enter(struct kith_integrator *it, const struct kith_boundary 
       const double depth = depth_of(it, b, i);
       entering += nodes->flag->u8[i] == flag && depth <= 0;
       if (nodes->flag->u8[i] == KITH_GAS && depth > 0.5 * nodes->support->f64[i])
-        KITH_FAIL(DIVERGED, "node %lld leaves through the %s on axis %d", (long long)nodes->id->i64[i],
-                  b->ops->name, b->axis);
+        KITH_FAIL_NODE(DIVERGED, nodes->id->i64[i], "node %lld leaves through the %s on axis %d",
+                       (long long)nodes->id->i64[i], b->ops->name, b->axis);
     }
     if (entering == 0) continue;
     *changes += 1;

@@ -119,9 +119,10 @@ static kith_status bound_ghosts(const struct kith_integrator *it) {
   if (images <= MOST * (of + it->package->neighbors) || nodes->n_internal == 0) return KITH_OK;
   for (kith_index i = 1; i < nodes->n_internal; ++i)
     if (nodes->support->f64[i] > nodes->support->f64[widest]) widest = i;
-  KITH_FAIL(DIVERGED,
-            "%.0f nodes have %.0f images: the support of node %lld, %g, does not find its neighbors", of,
-            images, (long long)nodes->id->i64[widest], nodes->support->f64[widest]);
+  const int64_t id = nodes->id->i64[widest];
+  KITH_FAIL_NODE(DIVERGED, id,
+                 "%.0f nodes have %.0f images: the support of node %lld, %g, does not find its neighbors", of,
+                 images, (long long)id, nodes->support->f64[widest]);
 }
 
 static kith_status ghosts(struct kith_integrator *it, kith_status status) {
@@ -304,7 +305,8 @@ static kith_status local_extremes(const struct kith_integrator *it, struct reduc
   if (!broken) return KITH_OK;
   kith_index first = 0;
   while (radius[first] < INFINITY) ++first;
-  KITH_FAIL(DIVERGED, "the search radius of node %lld is not finite", (long long)nodes->id->i64[first]);
+  const int64_t id = nodes->id->i64[first];
+  KITH_FAIL_NODE(DIVERGED, id, "the search radius of node %lld is not finite", (long long)id);
 }
 
 /* Updates the search with the present positions. */

@@ -43,7 +43,7 @@ static kith_status check_lists(struct kith_integrator *it, enum kith_rebuild_rea
                                       : kith_rebuilds_covered(rebuilds, it->nodes, mine, &covered));
   if (covered) return KITH_OK;
   *reason = KITH_BECAUSE_stage;
-  return kith_rebuilds_allow(rebuilds, it->nodes, "nodes moved too far within a step");
+  return kith_rebuilds_allow(rebuilds, it->nodes, -1, "nodes moved too far within a step");
 }
 
 /* Rebuilds the lists, again and again as long as they show sleeping nodes that wake (window.h). */
@@ -102,11 +102,12 @@ kith_status kith_integrator_evaluate(struct kith_integrator *it) {
   for (int growth = 0;
        (status = kith_package_evaluate(it->package, it->connectivity, &it->kick)) == KITH_OUTGROWN;
        ++growth) {
-    if (!fresh) KITH_TRY(kith_rebuilds_allow(it->rebuilds, it->nodes, kith_failure()));
+    if (!fresh) KITH_TRY(kith_rebuilds_allow(it->rebuilds, it->nodes, kith_failed_node(), kith_failure()));
     if (growth == MAX_GROWTHS)
       return kith_ranks_allreduce_status(
-          it->nodes->ranks, kith_fail(KITH_DIVERGED, "a support does not converge: %s after %d rebuilds",
-                                      kith_failure(), growth));
+          it->nodes->ranks,
+          kith_fail_node(KITH_DIVERGED, kith_failed_node(),
+                         "a support does not converge: %s after %d rebuilds", kith_failure(), growth));
     KITH_TRY(rebuild_lists(it, KITH_BECAUSE_support));
     it->fresh = false;
   }
@@ -253,9 +254,9 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
     return kith_ranks_allreduce_status(
         it->nodes->ranks,
-        kith_fail(KITH_DIVERGED,
-                  "the time step collapsed to %g at time %g: node %lld, %s; such steps never reach %g", dt,
-                  it->time, (long long)it->limiting_node, kith_limit_name(it->limiter), until));
+        kith_fail_node(KITH_DIVERGED, it->limiting_node,
+                       "the time step collapsed to %g at time %g: node %lld, %s; such steps never reach %g",
+                       dt, it->time, (long long)it->limiting_node, kith_limit_name(it->limiter), until));
   kith_profile_begin(it->profile, "step");
   it->kick.evaluation_dt = dt / KITH_MAX(it->evaluations, 1);
   it->clock = it->time;

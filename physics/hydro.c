@@ -113,10 +113,10 @@ static kith_status check(const struct kith_hydro *hydro,
   }
   if (first == nodes->n_internal) return KITH_OK;
   const double *x = nodes->position->f64 + (size_t)first * NDIM;
-  KITH_FAIL(DIVERGED, "node %lld at (%g, %g, %g): %s (density %g, energy %g)",
-            (long long)nodes->id->i64[first], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
-            NDIM > 2 ? x[NDIM - 1] : 0.0, wrong(hydro, first), hydro->density->f64[first],
-            hydro->energy->f64[first]);
+  const int64_t id = nodes->id->i64[first];
+  KITH_FAIL_NODE(DIVERGED, id, "node %lld at (%g, %g, %g): %s (density %g, energy %g)", (long long)id, x[0],
+                 NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0, wrong(hydro, first),
+                 hydro->density->f64[first], hydro->energy->f64[first]);
 }
 
 kith_status kith_hydro_finite(const struct kith_hydro *hydro) {

@@ -5,23 +5,20 @@
  * before its end) or 2 (scene, files). */
 #include "app/cli/options.h"
 
-#include <ctype.h>
 #include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 #include "app/cli/process.h"
 #include "app/cli/text.h"
 #include "app/output/output.h"
-#include "app/output/pictures/plot.h"
 #include "app/output/pictures/probe_plot.h"
 #include "app/output/report.h"
+#include "app/run/compared.h"
 #include "app/run/signals.h"
 #include "lib/io/atomic_file.h"
 
@@ -38,7 +35,7 @@ struct run {
   struct kith_scene *scene;
   struct kith_profile *profile;
   struct kith_simulation *simulation;
-  struct kith_nodes *gas; /* copy of this rank's nodes that are compared; NULL: all are */
+  struct kith_compared compared;
   struct kith_output output;
   struct kith_conservation_baseline baseline;
   struct progress progress;
@@ -126,6 +123,7 @@ static kith_status prepare(struct run *run) {
   KITH_TRY(kith_provenance_take(&run->provenance, o->arguments));
   KITH_TRY(kith_ranks_allreduce_status(run->ranks, read_scene(run)));
   KITH_TRY(kith_simulation_create(&run->simulation, run->scene, run->ranks, run->profile, o->check));
+  run->compared.simulation = run->simulation;
   if (o->threads == 0) kith_share_cores(run->ranks, run->simulation->nodes->n_internal);
   if (run->restart != NULL) {
     KITH_TRY(kith_output_restore(&run->output, run->restart, run->simulation, &run->baseline));
@@ -138,58 +136,17 @@ static kith_status prepare(struct run *run) {
 
 /* ---- comparison: norms, measures and pictures, to which each rank adds its nodes ---- */
 
-/* The nodes that are compared. Fields have their names from kith_hydro_init. */
-static struct kith_profile_view view_of(const struct run *run) {
-  const struct kith_nodes *nodes = run->gas != NULL ? run->gas : run->simulation->nodes;
-#define VALUES(name) kith_nodes_field_named(nodes, name)->f64
-  return (struct kith_profile_view){.n = nodes->n_internal,
-                                    .position = VALUES("position"),
-                                    .velocity = VALUES("velocity"),
-                                    .mass = VALUES("mass"),
-                                    .density = VALUES("density"),
-                                    .pressure = VALUES("pressure"),
-                                    .energy = VALUES("energy"),
-                                    .id = nodes->id->i64,
-                                    .ranks = run->ranks};
-#undef VALUES
-}
-
 static bool measures(const struct kith_scene *scene) {
   bool wanted = false;
   for (int k = 0; k < KITH_N_MEASURES; ++k) wanted = wanted || scene->measure.wanted[k];
   return wanted;
 }
 
-/* Takes a measure. start: what was measured then; NULL: this is the start, or an amplitude is wanted. */
-static double take(const struct run *run, enum kith_measure which, const double *start) {
-  const struct kith_profile_view view = view_of(run);
-  struct kith_measured measured = {
-      .nodes = &view, .domain = run->scene->domain, .time = run->simulation->integrator.time, .start = start};
-  memcpy(measured.center, run->simulation->hydro.center, sizeof measured.center);
-  return kith_measure_take(which, &measured);
-}
-
+/* Takes the measures that are wanted; start: as for kith_compared_measure. */
 static void measure(const struct run *run, const double *start, double *value) {
   for (int k = 0; k < KITH_N_MEASURES; ++k)
-    if (run->scene->measure.wanted[k]) value[k] = take(run, (enum kith_measure)k, start);
-}
-
-static kith_status copy_gas(struct run *run) {
-  struct kith_simulation *m = run->simulation;
-  KITH_TRY(kith_nodes_copy(&run->gas, m->nodes, false));
-  if (m->nodes->flag != NULL)
-    KITH_TRY(kith_nodes_delete(run->gas, kith_nodes_field_named(run->gas, "flag")->u8));
-  KITH_TRY(kith_boundaries_mirror(&m->boundaries, run->gas));
-  return kith_boundaries_wrap(&m->boundaries, run->gas);
-}
-
-/* Copies the nodes that are compared, if these are not all nodes: those behind the faces of inflows are left
- * out, and nodes that have left a periodic box since lists were made, or within a base step, are put back. */
-static kith_status choose_gas(struct run *run) {
-  const struct kith_simulation *m = run->simulation;
-  const bool strays = m->integrator.positions != m->nodes->positions || m->nodes->activity != NULL;
-  if (m->nodes->flag == NULL && !(strays && m->integrator.step > 0)) return KITH_OK;
-  return kith_ranks_allreduce_status(run->ranks, copy_gas(run));
+    if (run->scene->measure.wanted[k])
+      value[k] = kith_compared_measure(&run->compared, (enum kith_measure)k, start);
 }
 
 /* Beyond round-off, linear theory, and densities that are means over cells. */
@@ -200,11 +157,11 @@ static kith_status compare_start(struct run *run) {
   const struct kith_scene *scene = run->scene;
   const char *name = "";
   if (scene->exact.ops == NULL) return KITH_OK;
-  KITH_TRY(choose_gas(run));
-  const struct kith_profile_view view = view_of(run);
+  KITH_TRY(kith_compared_take(&run->compared));
+  const struct kith_profile_view view = kith_compared_view(&run->compared);
   const double part = kith_norms_mismatch(&name, scene->exact.ops, scene->exact.solution,
                                           scene->n_deposits > 0, &scene->exact.window, &view);
-  kith_nodes_destroy(&run->gas);
+  kith_compared_clear(&run->compared);
   if (part > tolerated_mismatch && first_rank(run))
     fprintf(stderr, "kith: warning: exact: the scene does not start as %s does: the %s differs by %.3g %%\n",
             scene->exact.ops->name, name, 200 * part);
@@ -214,9 +171,9 @@ static kith_status compare_start(struct run *run) {
 /* Measures what the measures at the end are compared with. */
 static kith_status measure_start(struct run *run) {
   if (!measures(run->scene)) return KITH_OK;
-  KITH_TRY(choose_gas(run));
+  KITH_TRY(kith_compared_take(&run->compared));
   measure(run, NULL, run->baseline.measure);
-  kith_nodes_destroy(&run->gas);
+  kith_compared_clear(&run->compared);
   return KITH_OK;
 }
 
@@ -224,28 +181,11 @@ static kith_status measure_start(struct run *run) {
 static kith_status sample_growth(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   if (!kith_growth_due(&run->output.growth, it->time)) return KITH_OK;
-  KITH_TRY(choose_gas(run));
-  const double amplitude = take(run, run->output.growth.measure, NULL);
-  kith_nodes_destroy(&run->gas);
+  KITH_TRY(kith_compared_take(&run->compared));
+  const double amplitude = kith_compared_measure(&run->compared, run->output.growth.measure, NULL);
+  kith_compared_clear(&run->compared);
   return kith_ranks_allreduce_status(run->ranks,
                                      kith_growth_add(&run->output.growth, it->step, it->time, amplitude));
-}
-
-/* Draws a picture, in place of what steps need; a warning if it cannot be drawn. norms: NULL: not shown. */
-static void draw(const struct run *run, const char *frame, const struct kith_norms *norms) {
-  const struct kith_plot plot = {.scene = run->scene->name,
-                                 .frame = frame,
-                                 .picture = &run->scene->output.picture,
-                                 .time = run->simulation->integrator.time,
-                                 .resolution = run->scene->resolution,
-                                 .nodes = view_of(run),
-                                 .exact = run->scene->exact.ops,
-                                 .solution = run->scene->exact.solution,
-                                 .window = &run->scene->exact.window,
-                                 .norms = norms};
-  kith_nodes_free_work(run->simulation->nodes);
-  if (kith_plot_write(&plot, run->output.directory) != KITH_OK && first_rank(run))
-    fprintf(stderr, "kith: warning: %s\n", kith_failure());
 }
 
 /* Draws pictures of what was sampled on the way. Called by one process. */
@@ -267,9 +207,9 @@ static kith_status write_snapshot(struct run *run) {
   snprintf(name, sizeof name, "frame_%04d", run->output.n_snapshots);
   KITH_TRY(kith_output_snapshot(&run->output, run->simulation));
   if (!run->scene->output.plot || !run->scene->output.picture.frames) return KITH_OK;
-  KITH_TRY(choose_gas(run));
-  draw(run, name, NULL);
-  kith_nodes_destroy(&run->gas);
+  KITH_TRY(kith_compared_take(&run->compared));
+  kith_compared_draw(&run->compared, run->output.directory, name, NULL);
+  kith_compared_clear(&run->compared);
   return KITH_OK;
 }
 
@@ -423,11 +363,11 @@ static kith_status write_state(struct run *run) {
   if (run->output.n_snapshots == 0 || run->output.times[run->output.n_snapshots - 1] < time)
     KITH_TRY(write_snapshot(run));
   const bool compared = run->scene->exact.ops != NULL || run->scene->output.plot || measures(run->scene);
-  return compared ? choose_gas(run) : KITH_OK;
+  return compared ? kith_compared_take(&run->compared) : KITH_OK;
 }
 
 static kith_status compare(const struct run *run, struct kith_report *report) {
-  const struct kith_profile_view view = view_of(run);
+  const struct kith_profile_view view = kith_compared_view(&run->compared);
   report->compared = run->scene->exact.ops != NULL;
   if (report->compared)
     KITH_TRY(kith_norms_measure(&report->norms, run->scene->exact.ops, run->scene->exact.solution,
@@ -455,7 +395,8 @@ static kith_status finish(struct run *run) {
   KITH_STAGE(status, run->profile, "comparison", compare(run, report));
   KITH_TRY(status);
   kith_profile_begin(run->profile, "pictures");
-  if (run->scene->output.plot) draw(run, NULL, report->compared ? &report->norms : NULL);
+  if (run->scene->output.plot)
+    kith_compared_draw(&run->compared, run->output.directory, NULL, report->compared ? &report->norms : NULL);
   if (run->scene->output.plot && first && draw_tables(run) != KITH_OK)
     fprintf(stderr, "kith: warning: %s\n", kith_failure());
   kith_profile_end(run->profile);
@@ -486,29 +427,26 @@ static enum kith_exit print_failure(const struct run *run, enum kith_exit code) 
   return code;
 }
 
-/* Writes a snapshot of the node that a message, which all ranks have, names, with its neighbors.
- * Collective. */
-static void write_offenders(struct run *run, const char *reason, char *where, size_t size) {
-  const char *named = reason;
+/* Writes a snapshot of the node that failed, if it is known, with its neighbors. Collective. */
+static void write_offenders(struct run *run, int64_t id, char *where, size_t size) {
   bool written = false;
-  while ((named = strstr(named, "node ")) != NULL && !isdigit((unsigned char)named[strlen("node ")])) ++named;
-  if (named == NULL) return; /* or it is of "a node", which could not be found */
-  const long long id = strtoll(named + strlen("node "), NULL, 10);
+  if (id < 0) return;
   if (kith_output_offenders(&run->output, run->simulation, id, &written) == KITH_OK && written)
-    snprintf(where, size, ", that of node %lld and its neighbors in offenders.hdf", id);
+    snprintf(where, size, ", that of node %lld and its neighbors in offenders.hdf", (long long)id);
 }
 
 /* Prints the reason, and writes a snapshot of where it happened, unless it is writing that failed. */
 static enum kith_exit fail(struct run *run, kith_status status) {
   const struct kith_integrator *it = &run->simulation->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
+  const int64_t failed = kith_failed_node();
   char reason[1024], where[640] = "", nearby[80] = "";
   snprintf(reason, sizeof reason, "%s", kith_failure());
   if (!writing && kith_ranks_status_is_shared(run->ranks) &&
       kith_output_snapshot(&run->output, run->simulation) == KITH_OK)
     snprintf(where, sizeof where, "; its state is in %.540s/snapshot_%04d.hdf", run->output.directory,
              run->output.n_snapshots - 1);
-  if (where[0] != '\0') write_offenders(run, reason, nearby, sizeof nearby);
+  if (where[0] != '\0') write_offenders(run, failed, nearby, sizeof nearby);
   if (!kith_ranks_status_is_shared(run->ranks)) return print_failure(run, KITH_EXIT_FAILED);
   if (run->options->trace != NULL &&
       kith_trace_write(run->ranks, run->profile, run->options->trace) != KITH_OK && first_rank(run))
@@ -566,7 +504,7 @@ enum kith_exit kith_run(const struct kith_options *options) {
   }
   kith_report_clear(&run.report);
   kith_free(&run.provenance.command);
-  kith_nodes_destroy(&run.gas);
+  kith_compared_clear(&run.compared);
   kith_simulation_destroy(&run.simulation);
   kith_profile_destroy(&run.profile);
   kith_scene_destroy(&run.scene);

@@ -17,14 +17,13 @@ static kith_status read_expression(const struct kith_config_node *node, void *in
   static const struct kith_param number = {.kind = KITH_PARAM_NUMBER, .allowed = ""};
   struct kith_expression *expression = NULL;
   char digits[32] = "";
-  double value;
   if (strlen(node->text) > LONGEST_FORMULA)
     KITH_FAIL(BAD_INPUT, "a formula of more than %d characters", LONGEST_FORMULA);
-  const kith_status status = kith_param_parse(&number, node->text, &value);
-  if (status == KITH_OK)
+  if (kith_param_is_number(node->text)) {
+    double value;
+    KITH_TRY(kith_param_parse(&number, node->text, &value));
     snprintf(digits, sizeof digits, "%.17g", value);
-  else if (strstr(kith_failure(), "finite") != NULL)
-    return status;
+  }
   KITH_TRY(kith_expression_create(&expression, digits[0] != '\0' ? digits : node->text));
   memcpy(into, &expression, sizeof expression);
   return KITH_OK;
@@ -35,9 +34,8 @@ static kith_status read_number(const struct kith_param *param, const struct kith
                                void *into) {
   struct kith_expression *formula = NULL;
   char digits[32];
-  kith_status status = kith_param_parse(param, node->text, into);
-  if (status == KITH_OK || strstr(kith_failure(), "is not a number") == NULL) return status;
-  status = read_expression(node, &formula);
+  if (kith_param_is_number(node->text)) return kith_param_parse(param, node->text, into);
+  const kith_status status = read_expression(node, &formula);
   if (status == KITH_BAD_INPUT) return kith_param_parse(param, node->text, into); /* its message */
   KITH_TRY(status);
   const double value = kith_expression_constant(formula);

@@ -32,7 +32,10 @@ struct kith_ranks {
   MPI_Comm all;
   MPI_Op combine; /* of what ranks agree on */
   int rank, size, beside, cores;
-  char agreed[1024]; /* the failure that all ranks agreed on; empty: none */
+  struct {           /* the failure that all ranks agreed on */
+    char line[1024]; /* empty: none */
+    int64_t node;    /* as kith_failed_node */
+  } agreed;
   struct kith_traffic traffic;
   struct agreement *agreement; /* owned */
   MPI_Request *request;        /* [2 size] of the pending exchange */
@@ -240,13 +243,14 @@ int kith_ranks_communicator(const struct kith_ranks *ranks) {
 /* Broadcasts the message of the rank that failed, with "rank N: " in front unless it has that already, all
  * ranks failed, or the input is what is wrong, whoever has found it. */
 static void tell(struct kith_ranks *ranks, int root, bool alone) {
-  char *line = ranks->agreed;
+  char *line = ranks->agreed.line;
+  const size_t size = sizeof ranks->agreed.line;
   const bool told = !alone || strncmp(kith_failure(), "rank ", 5) == 0;
-  if (ranks->rank == root && told) snprintf(line, sizeof ranks->agreed, "%s", kith_failure());
-  if (ranks->rank == root && !told)
-    snprintf(line, sizeof ranks->agreed, "rank %d: %.1000s", root, kith_failure());
+  if (ranks->rank == root && told) snprintf(line, size, "%s", kith_failure());
+  if (ranks->rank == root && !told) snprintf(line, size, "rank %d: %.1000s", root, kith_failure());
+  ranks->agreed.node = kith_failed_node();
   WAIT(ranks, "the message of a failure",
-       MPI_Bcast(line, (int)sizeof ranks->agreed, MPI_CHAR, root, ranks->all));
+       MPI_Bcast(&ranks->agreed, (int)sizeof ranks->agreed, MPI_BYTE, root, ranks->all));
 }
 
 /* Begins to agree; `ahead`: does not wait. */
@@ -300,7 +304,8 @@ static void settle(struct kith_ranks *ranks) {
 static kith_status answer(struct kith_ranks *ranks) {
   const kith_status refused = ranks->agreement->refused;
   ranks->agreement->refused = KITH_OK;
-  return refused == KITH_OK ? KITH_OK : kith_fail(refused, "%s", ranks->agreed);
+  if (refused == KITH_OK) return KITH_OK;
+  return kith_fail_node(refused, ranks->agreed.node, "%s", ranks->agreed.line);
 }
 
 kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n,
@@ -337,7 +342,7 @@ kith_status kith_ranks_must(struct kith_ranks *ranks, kith_status status) {
 
 bool kith_ranks_status_is_shared(const struct kith_ranks *ranks) {
   return ranks == NULL || ranks->size == 1 ||
-         (ranks->agreed[0] != '\0' && strcmp(ranks->agreed, kith_failure()) == 0);
+         (ranks->agreed.line[0] != '\0' && strcmp(ranks->agreed.line, kith_failure()) == 0);
 }
 
 static void reduce(struct kith_ranks *ranks, void *values, int n, MPI_Datatype type, MPI_Op op) {

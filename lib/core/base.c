@@ -7,8 +7,9 @@
 #include <string.h>
 #include <sys/mman.h>
 
-/* The message of the last failure on this thread. */
+/* The last failure on this thread. */
 static _Thread_local char failure[1024];
+static _Thread_local int64_t failed_node = -1;
 
 const char *kith_status_text(kith_status status) {
   static const char *const text[] = {
@@ -19,18 +20,34 @@ const char *kith_status_text(kith_status status) {
   return (size_t)status < sizeof text / sizeof text[0] ? text[status] : "unknown status";
 }
 
-kith_status kith_fail(kith_status status, const char *format, ...) {
+static void record(int64_t id, const char *format, va_list arguments) {
   char line[sizeof failure]; /* the arguments may hold the line of the last failure */
+  vsnprintf(line, sizeof line, format, arguments);
+  memcpy(failure, line, sizeof failure);
+  failed_node = id;
+}
+
+kith_status kith_fail(kith_status status, const char *format, ...) {
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(line, sizeof line, format, arguments);
+  record(-1, format, arguments);
   va_end(arguments);
-  memcpy(failure, line, sizeof failure);
+  return status;
+}
+
+kith_status kith_fail_node(kith_status status, int64_t id, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  record(id, format, arguments);
+  va_end(arguments);
   return status;
 }
 
 const char *kith_failure(void) {
   return failure;
+}
+int64_t kith_failed_node(void) {
+  return failed_node;
 }
 
 enum { ALIGNMENT = 64, LARGE_PAGE = 1 << 21 }; /* bytes */

@@ -59,11 +59,17 @@ const char *kith_status_text(kith_status status);
 
 /* Records the message and returns `status`. The message is one line without a newline. */
 kith_status kith_fail(kith_status status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The same for a failure of the node with this id; -1: of none. */
+kith_status kith_fail_node(kith_status status, int64_t id, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 /* The line of the last failure on this thread; empty if there was none. View, valid until the next
  * failure. */
 const char *kith_failure(void);
+/* The id of the node that it was of; -1: of none. */
+int64_t kith_failed_node(void);
 
 #define KITH_FAIL(code, ...) return kith_fail(KITH_##code, __VA_ARGS__)
+#define KITH_FAIL_NODE(code, id, ...) return kith_fail_node(KITH_##code, id, __VA_ARGS__)
 #define KITH_TRY(call)                                        \
   do {                                                        \
     const kith_status kith_try_status_ = (call);              \

@@ -45,13 +45,21 @@ static kith_status check_range(const struct kith_param *param, const char *text,
   KITH_FAIL(BAD_INPUT, "%.60s is out of range %s", text, param->allowed);
 }
 
-static kith_status parse_number(const struct kith_param *param, const char *text, void *into) {
+/* Is it one of YAML's words for numbers that are not finite? */
+static bool is_special(const char *text) {
+  return kith_choices_index(".nan|.NaN|.NAN|.inf|.Inf|.INF|-.inf|-.Inf|-.INF|+.inf|+.Inf|+.INF", text) >= 0;
+}
+
+bool kith_param_is_number(const char *text) {
   char *end;
-  const double value = strtod(text, &end);
-  const bool special =
-      kith_choices_index(".nan|.NaN|.NAN|.inf|.Inf|.INF|-.inf|-.Inf|-.INF|+.inf|+.Inf|+.INF", text) >= 0;
-  if (!special && (end == text || *end != '\0')) KITH_FAIL(BAD_INPUT, "'%.60s' is not a number", text);
-  if (special || !isfinite(value)) KITH_FAIL(BAD_INPUT, "%.60s is not a finite number", text);
+  (void)strtod(text, &end);
+  return (end != text && *end == '\0') || is_special(text);
+}
+
+static kith_status parse_number(const struct kith_param *param, const char *text, void *into) {
+  const double value = strtod(text, NULL);
+  if (!kith_param_is_number(text)) KITH_FAIL(BAD_INPUT, "'%.60s' is not a number", text);
+  if (is_special(text) || !isfinite(value)) KITH_FAIL(BAD_INPUT, "%.60s is not a finite number", text);
   KITH_TRY(check_range(param, text, value));
   memcpy(into, &value, sizeof value);
   return KITH_OK;

@@ -105,6 +105,8 @@ const struct kith_param *kith_params_find(const struct kith_param *params, const
  * INTERVAL and SIDES stand between commas, brackets may be around them; MEMBER gets the name only. BAD_INPUT
  * with what is wrong with the text, without saying where it was. */
 kith_status kith_param_parse(const struct kith_param *param, const char *text, void *into);
+/* Is the text a number, finite or not? */
+bool kith_param_is_number(const char *text);
 /* The value in the struct at `base` as text that kith_param_parse reads back; doubles with all digits that
  * they need. Empty for EXPRESSION(S), MAP and OTHER. */
 void kith_param_format(const struct kith_param *param, const void *base, char *text, size_t size);

@@ -93,7 +93,8 @@ static kith_status find_cells(struct kith_decomposition *d, const struct kith_no
   d->outside = outside;
   if (near != NULL) d->leaving = leaving, d->far = far;
   if (lost < INT32_MAX)
-    KITH_FAIL(DIVERGED, "the position of node %lld is not finite", (long long)nodes->id->i64[lost]);
+    KITH_FAIL_NODE(DIVERGED, nodes->id->i64[lost], "the position of node %lld is not finite",
+                   (long long)nodes->id->i64[lost]);
   return KITH_OK;
 }
 

@@ -292,10 +292,11 @@ static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_ro
   else if (rows->first[first + 1] - rows->first[first] + 1 >= (size_t)kith_nodes_count(nodes))
     snprintf(why, sizeof why, " though all nodes that are left (%lld) are in it",
              (long long)kith_nodes_count(nodes));
-  return kith_fail(status, "the support of node %lld at (%g, %g, %g) %s %g%s",
-                   (long long)nodes->id->i64[first], x[0], NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0,
-                   NDIM > 2 ? x[NDIM - 1] : 0.0,
-                   isnan(support[first]) ? "does not converge within" : "outgrew", search_radius[first], why);
+  const int64_t id = nodes->id->i64[first];
+  return kith_fail_node(status, id, "the support of node %lld at (%g, %g, %g) %s %g%s", (long long)id, x[0],
+                        NDIM > 1 ? x[NDIM > 1 ? 1 : 0] : 0.0, NDIM > 2 ? x[NDIM - 1] : 0.0,
+                        isnan(support[first]) ? "does not converge within" : "outgrew", search_radius[first],
+                        why);
 }
 
 /* Do all nodes of all ranks, and frozen ones, have the same mass? All ranks have to sum in the same way.

@@ -72,12 +72,12 @@ static bool covers(const struct kith_rebuilds *rebuilds) {
 }
 
 kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
-                                const char *why) {
+                                int64_t id, const char *why) {
   if (covers(rebuilds)) return KITH_OK;
   return kith_ranks_allreduce_status(
       nodes->ranks,
-      kith_fail(
-          KITH_STALE,
+      kith_fail_node(
+          KITH_STALE, id,
           "%s, and no policy rebuilds the lists in time: choose displacement or always, or a larger skin",
           why));
 }
@@ -113,7 +113,7 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
     if (due[k] > 0 || (policy->ops->covers && !lasts)) *reason = policy->reason;
   }
   if (*reason != KITH_BECAUSE_none || covers(rebuilds) || holds) return KITH_OK;
-  return kith_rebuilds_allow(rebuilds, nodes,
+  return kith_rebuilds_allow(rebuilds, nodes, -1,
                              "nodes moved, or supports grew, so far that the lists may miss pairs");
 }
 

@@ -85,9 +85,10 @@ enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebui
 kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                 kith_status status, enum kith_rebuild_reason *reason);
 /* May the lists be rebuilt within a step, because they may miss pairs? STALE, "WHY, and ...", if no policy
- * fires before they could: whoever chose such policies wants no other lists. Collective where it refuses. */
+ * fires before they could: whoever chose such policies wants no other lists. id: of the node that is why; -1:
+ * of none. Collective where it refuses. */
 kith_status kith_rebuilds_allow(const struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
-                                const char *why);
+                                int64_t id, const char *why);
 /* Do the lists hold every significant pair? keeps_cover must be set. Collective; status: as above. */
 kith_status kith_rebuilds_covered(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                   kith_status status, bool *covered);

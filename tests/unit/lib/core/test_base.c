@@ -9,6 +9,11 @@ static void check_quoted_failure(void) {
   CHECK_STATUS(KITH_DIVERGED,
                kith_fail(KITH_DIVERGED, "a longer beginning than that: %s, and an end", kith_failure()));
   CHECK(strcmp(kith_failure(), "a longer beginning than that: the reason, and an end") == 0);
+  CHECK(kith_failed_node() == -1);
+  CHECK_STATUS(KITH_DIVERGED, kith_fail_node(KITH_DIVERGED, 7, "node %d: %s", 7, kith_failure()));
+  CHECK(kith_failed_node() == 7 && strncmp(kith_failure(), "node 7: a longer", 16) == 0);
+  CHECK_STATUS(KITH_BAD_FILE, kith_fail(KITH_BAD_FILE, "of no node"));
+  CHECK(kith_failed_node() == -1);
 }
 
 /* Arrays of all sizes, from those on the heap to those in pages of 2 MiB, keep their contents when they grow
