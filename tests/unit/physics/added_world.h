@@ -60,7 +60,8 @@ static inline void added_check_sums(const char *name, const char *settings,
   for (int side = OPEN; side <= REFLECTING; ++side)
     for (int pairs = 0; pairs < 2; ++pairs) {
       const enum kith_traversal traversal = pairs ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER;
-      const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, traversal, true, 0, 0};
+      const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, traversal, true, 0, 0,
+                               KITH_BALSARA_NONE};
       struct added added;
       struct world w;
       struct truth t = {0};

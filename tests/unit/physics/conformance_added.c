@@ -235,10 +235,10 @@ static void check_variant(struct variant v, int number) {
 int main(void) {
   int number = 0;
   for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p) {
-    struct variant v = {
-        .hydro = (*p)->name,
-        .n = 1,
-        .method = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0}};
+    struct variant v = {.hydro = (*p)->name,
+                        .n = 1,
+                        .method = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true,
+                                   0, 0, KITH_BALSARA_NONE}};
     CHECK(kith_added_find((*p)->name) == NULL && (*p)->longest_step == NULL);
     for (v.member[0] = 0; v.member[0] < ADDED; ++v.member[0]) check_variant(v, number++);
     for (v.n = 0; v.n < ADDED; ++v.n) v.member[v.n] = v.n;

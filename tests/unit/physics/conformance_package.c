@@ -234,7 +234,9 @@ static void check_variant(const char *package, const char *settings, int number)
   static const char *const schemes[] = {"leapfrog", "rk2", "cheap-rk2", "verlet"};
   const int before = check_failures;
   struct variant v = {
-      package, settings, {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0}};
+      package,
+      settings,
+      {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0, KITH_BALSARA_NONE}};
   const struct rates gather = rates_of(&v);
   check_conservation(&v, (enum side)((number + 1) % 3));
   check_conservation(&v, PERIODIC);

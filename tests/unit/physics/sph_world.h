@@ -26,6 +26,7 @@ struct method {
   enum kith_traversal traversal;
   bool compatible;
   double alpha, beta;
+  enum kith_balsara balsara;
 };
 
 struct world {
@@ -80,11 +81,17 @@ static inline void world_viscous(struct world *w, const char *name, const struct
       KITH_VISCOSITY_LIST(X)
 #undef X
   };
+  static const char *const factors[] = {
+#define X(constant, word) #word,
+      KITH_BALSARA_LIST(X)
+#undef X
+  };
+  const bool none = m->viscosity == KITH_VISCOSITY_NONE;
   char text[200];
-  w->viscosity = (struct kith_viscosity_settings){m->viscosity, m->alpha, m->beta, KITH_BALSARA_NONE};
+  w->viscosity = (struct kith_viscosity_settings){m->viscosity, m->alpha, m->beta, m->balsara};
   snprintf(text, sizeof text,
-           "viscosity.name=%s viscosity.alpha=%.17g viscosity.beta=%.17g viscosity.balsara=none",
-           names[m->viscosity], m->alpha, m->beta);
+           "viscosity.name=%s viscosity.alpha=%.17g viscosity.beta=%.17g viscosity.balsara=%s",
+           names[m->viscosity], m->alpha, m->beta, none ? "none" : factors[m->balsara]);
   world_package(w, name, m, text);
 }
 
@@ -364,6 +371,42 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
   return fmin(0, fmax(jump, vx)) / p->r;
 }
 
+/* Shear that changes along x, with a hundredth of the noise: Balsara's factor is small but where the shear
+ * turns. */
+static inline void world_shear(struct world *w) {
+  for (int i = 0; i < w->nodes->n_internal; ++i) {
+    double *v = w->hydro.velocity->f64 + i * NDIM;
+    for (int a = 0; a < NDIM; ++a) v[a] *= 0.01;
+    v[NDIM - 1] += NDIM > 1 ? sin(2 * M_PI * w->nodes->position->f64[i * NDIM] / w->length[0]) : 0;
+  }
+}
+
+/* Balsara's factor of node i, or its square; 1 without, and in 1-D. */
+static inline double truth_balsara(const struct world *w, const struct truth *t, int i) {
+  const double e = 1e-3 * t->sound[i] * kith_kernel_support(w->package.kernel) / t->support[i];
+  double divergence = 0, curl2 = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    divergence += t->gradient[i][a][a];
+    for (int b = 0; b < a; ++b) curl2 += pow(t->gradient[i][a][b] - t->gradient[i][b][a], 2);
+  }
+  const double factor = (fabs(divergence) + e) / (fabs(divergence) + sqrt(curl2) + e);
+  const int power[] = {[KITH_BALSARA_NONE] = 0, 1, 1, 2};
+  return NDIM == 1 ? 1 : pow(factor, power[w->viscosity.balsara]);
+}
+
+/* The viscous pressure over the density of two nodes. */
+static inline double truth_viscous(const struct world *w, const struct truth *t, int i, int j, double mu) {
+  const double c = (t->sound[i] + t->sound[j]) / 2, s = (truth_balsara(w, t, i) + truth_balsara(w, t, j)) / 2;
+  const bool viscous = w->viscosity.name != KITH_VISCOSITY_NONE,
+             both =
+                 w->viscosity.balsara == KITH_BALSARA_FACTOR || w->viscosity.balsara == KITH_BALSARA_SQUARED;
+  double square = mu * mu;
+  if (both) square *= s;
+  if (w->viscosity.balsara == KITH_BALSARA_SLOW && s < 0.05)
+    square -= (1 - 20 * s) * fabs(mu) * fmin(fabs(mu), 0.05 * c); /* of slow differences only 20 s is left */
+  return viscous ? w->viscosity.beta * square - s * w->viscosity.alpha * c * mu : 0;
+}
+
 /* Equation (1) of package.h, from the heat of node i per time and its acceleration. */
 static inline void truth_energy(const struct world *w, struct truth *t, int i, double heat) {
   const double *v = w->hydro.velocity->f64, *base = w->it.kick.velocity_base->f64;
@@ -386,7 +429,7 @@ static inline void truth_rates(const struct world *w, struct truth *t) {
       const double gj = w->kernel.constant / pow(hj, NDIM + 2) * oracle_g(&w->kernel, p->r / hj);
       const double mu = truth_jump(w, t, i, p), sound = (t->sound[i] + t->sound[j]) / 2,
                    rho = (t->density[i] + t->density[j]) / 2;
-      const double pi = (-w->viscosity.alpha * sound * mu + w->viscosity.beta * mu * mu) / rho;
+      const double pi = truth_viscous(w, t, i, j, mu) / rho;
       const double fi = m[i] * truth_tension(w, t, i, p, t->pressure[i]) / (t->density[i] * t->density[i]) *
                         (m[j] - t->grad_h_term[i]) * gi;
       const double fj = m[j] * truth_tension(w, t, i, p, t->pressure[j]) / (t->density[j] * t->density[j]) *

@@ -131,7 +131,7 @@ static void crk_rates(const struct world *w, struct truth *t, struct kernels *ke
       corrected(kernels->c[j], kernels->dc[j], p->sign, back, value, factor, gj);
       const double mu = truth_jump(w, t, i, p), sound = (t->sound[i] + t->sound[j]) / 2;
       const double rho = 2 / (1 / t->density[i] + 1 / t->density[j]);
-      const double q = rho * (beta * mu * mu - alpha * sound * mu);
+      const double q = rho * truth_viscous(w, t, i, j, mu);
       const double smooth = fmin(kernels->smooth[i], kernels->smooth[j]);
       const double volumes = volume(w, t->support[i]) * volume(w, t->support[j]);
       const double pi = truth_tension(w, t, i, p, t->pressure[i]),
@@ -243,6 +243,7 @@ static void check_world(const struct method *m, enum side side, const int *cells
   struct world w;
   struct truth t = {0};
   create(&w, cells, side, 0.3, m, seed);
+  if (m->balsara == KITH_BALSARA_SLOW) world_shear(&w);
   for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b) /* one node is on a face */
     w.nodes->position->f64[b] = b == 0 ? 0 : 0.5 * w.length[b];
   truth_density(&w, &t);
@@ -272,9 +273,13 @@ static void check_worlds(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k)
     for (int side = OPEN; side <= REFLECTING; ++side)
       for (int form = 0; form < 8; ++form) {
-        const struct method m = {
-            (enum kith_kernel)k, viscosity[form % 4],  form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
-            (form & 4) != 0,     form & 1 ? 1.7 : 0.6, form & 4 ? 2.2 : 0};
+        const struct method m = {(enum kith_kernel)k,
+                                 viscosity[form % 4],
+                                 form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
+                                 (form & 4) != 0,
+                                 form & 1 ? 1.7 : 0.6,
+                                 form & 4 ? 2.2 : 0,
+                                 (enum kith_balsara)((form / 2 + k + side) % 4)};
         const int *cells = boxes[(form + k) % 2];
         if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them, to save time */
         if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
@@ -284,7 +289,8 @@ static void check_worlds(void) {
 
 /* Uniform gas on a lattice is at rest; on displaced nodes forces are small beside P / (rho spacing) = 2/3. */
 static void check_rest(double jitter, double most) {
-  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2,
+                           KITH_BALSARA_NONE};
   struct world w;
   create(&w, boxes[0], PERIODIC, jitter, &m, 3);
   for (int i = 0; i < w.nodes->n_internal; ++i) {
@@ -302,7 +308,8 @@ static void check_rest(double jitter, double most) {
  * weight. */
 static void check_sawtooth(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k) {
-    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0};
+    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0,
+                             KITH_BALSARA_NONE};
     const int cells[3] = {8, 4, 4};
     struct world w;
     create(&w, cells, PERIODIC, 0, &m, 3);
@@ -325,7 +332,8 @@ static void check_sawtooth(void) {
 /* Above 1-D, nodes on a line have no gradient of the velocity: results are finite, and such nodes are
  * counted. */
 static void check_collinear(void) {
-  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2,
+                           KITH_BALSARA_NONE};
   const int line[3] = {40, 1, 1};
   struct world w;
   create(&w, line, OPEN, 0, &m, 3);
@@ -342,7 +350,8 @@ static void check_collinear(void) {
 /* A flattened bar, whose moments are made more isotropic. Moments are summed over all partners. */
 static void check_flat(void) {
 #if NDIM > 1
-  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2};
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2,
+                           KITH_BALSARA_NONE};
   const int bar[3] = {16, 2, 2};
   int whole = 0, part = 0, most = 0;
   for (double flat = 1; flat > (NDIM == 2 ? 0.02 : 0.06); flat *= 0.8) {
@@ -390,7 +399,8 @@ static void check_flat(void) {
 
 /* Two nodes among their images. */
 static void check_two(void) {
-  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2,
+                           KITH_BALSARA_NONE};
   const int two[3] = {2, 1, 1};
   struct world w;
   create(&w, two, PERIODIC, 0.1, &m, 1);

@@ -41,6 +41,7 @@ static void check_world(const struct method *m, enum side side, const int *cells
   struct world w;
   struct truth t = {0};
   world_create(&w, cells, side, 0.3, m, seed);
+  if (m->balsara == KITH_BALSARA_SLOW) world_shear(&w);
   for (int i = 0; equal_masses && i < w.nodes->n_internal; ++i) w.hydro.mass->f64[i] = 3.5;
   /* Put a node on the face, where its image coincides with it. In 1-D these two would be all the neighbors
    * that are wanted, and close to an edge all images may coincide. */
@@ -70,7 +71,8 @@ static void check_worlds(void) {
                                  form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
                                  (form & 4) != 0,
                                  form & 1 ? 1.7 : 0.6,
-                                 form & 4 ? 2.2 : 0};
+                                 form & 4 ? 2.2 : 0,
+                                 (enum kith_balsara)((form / 2 + k + side) % 4)};
         const int *cells = boxes[(form + k) % 2];
         if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them, to save time */
         if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
@@ -80,7 +82,8 @@ static void check_worlds(void) {
 
 /* For v = A x + b the gradient is A at every node of an open box, also at its edge. */
 static void check_linear(enum kith_kernel kernel) {
-  const struct method m = {kernel, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 1, 2};
+  const struct method m = {kernel, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 1,
+                           2,      KITH_BALSARA_NONE};
   const double matrix[9] = {-0.7, 1.3, 0.4, -2.1, 0.9, 0.6, 1.1, -0.5, -1.6};
   struct world w;
   struct truth t = {0};
@@ -116,7 +119,8 @@ static const double support_error = 1e-9;
 
 /* Supports are found from any first guess, and densities belong to these supports. */
 static void check_root(double guess, enum side side, bool equal_masses) {
-  const struct method m = {KITH_KERNEL_quintic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  const struct method m = {KITH_KERNEL_quintic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, true, 1, 2,
+                           KITH_BALSARA_NONE};
   struct world w;
   struct truth t = {0};
   world_create(&w, boxes[0], side, 0.3, &m, 9);
@@ -145,7 +149,8 @@ static void check_root(double guess, enum side side, bool equal_masses) {
 
 /* A node far from all others has a support that reaches them. */
 static void check_isolated(void) {
-  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2,
+                           KITH_BALSARA_NONE};
   struct world w;
   struct truth t = {0};
   world_create(&w, boxes[0], OPEN, 0.3, &m, 13);
@@ -171,7 +176,8 @@ static void check_isolated(void) {
  * run stops. */
 static void check_coincident(void) {
   for (int k = 0; k < KITH_N_KERNELS; ++k) {
-    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+    const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2,
+                             KITH_BALSARA_NONE};
     struct world w;
     world_create(&w, boxes[0], REFLECTING, 0.3, &m, 13);
     for (int a = 0; a < NDIM; ++a) w.nodes->position->f64[a] = a == 0 ? 0 : 0.5 * w.length[a]; /* on a face */
@@ -185,7 +191,8 @@ static void check_coincident(void) {
 
 /* So few neighbors that the node itself suffices are refused. */
 static void check_few(void) {
-  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2};
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2,
+                           KITH_BALSARA_NONE};
   const int one[3] = {1, 1, 1};
   struct world w;
   world_create(&w, one, OPEN, 0, &m, 1);

@@ -89,7 +89,7 @@ static void check_work(struct world *w, const struct truth *t, double tolerance)
 static void check_variation(enum kith_kernel kernel, enum side side, bool compatible) {
   const struct method m = {
       kernel, KITH_VISCOSITY_MONAGHAN, compatible ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER, compatible, 0,
-      0};
+      0,      KITH_BALSARA_NONE};
   const double tolerance = kernel == KITH_KERNEL_cubic || kernel == KITH_KERNEL_wendland_c2 ? 1e-5 : 1e-7;
   struct world w;
   struct truth t = {0};

@@ -109,7 +109,8 @@ static void spread_out(struct world *w) {
 /* A lattice of equal energies is compressed linearly: the limiter finds no velocity difference for nodes all
  * of whose pairs are at the mean spacing (that of the denser end) or beyond. */
 static void check_linear(enum kith_traversal traversal) {
-  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, traversal, false, 1, 2};
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, traversal, false, 1, 2,
+                           KITH_BALSARA_NONE};
   const double spacings = pow(kith_kernel_neighbors(m.kernel, 0) / oracle_ball(), 1.0 / NDIM);
   const double matrix[9] = {-0.7, 0.3, 0.2, -0.1, -0.9, 0.1, 0.1, -0.2, -0.6};
   struct world w;
@@ -179,7 +180,7 @@ static void expect_limit(const struct world *w, const char *reason, int node) {
 
 static void check_limits(bool compatible) {
   const struct method m = {
-      KITH_KERNEL_quartic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, compatible, 1, 2};
+      KITH_KERNEL_quartic, KITH_VISCOSITY_MONAGHAN, KITH_TRAVERSE_PAIRS, compatible, 1, 2, KITH_BALSARA_NONE};
   struct world w;
   world_create(&w, box, PERIODIC, 0.3, &m, 6);
   CHECK(kith_integrator_start(&w.it) == KITH_OK);
@@ -243,9 +244,11 @@ int main(void) {
                              k % 2 ? KITH_TRAVERSE_GATHER : KITH_TRAVERSE_PAIRS,
                              k % 2 == 0,
                              1.2,
-                             2};
+                             2,
+                             KITH_BALSARA_NONE};
     const struct method limited = {
-        (enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 0.8, 1.5};
+        (enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 0.8, 1.5,
+        KITH_BALSARA_NONE};
     for (int node = 0; node < 5; ++node) check_pairs(&m, 2 * node + 1, 60 + (uint64_t)node);
     for (int side = OPEN; side <= REFLECTING; ++side)
       check_heats(&m, (enum side)side), check_heats(&limited, (enum side)side);

@@ -22,7 +22,8 @@ struct form {
 /* A world with package mfm. */
 static void mfm_create(struct world *w, const int *cells, enum side side, double jitter, const struct form *f,
                        uint64_t seed) {
-  const struct method m = {f->kernel, KITH_VISCOSITY_NONE, f->traversal, f->compatible, 0, 0};
+  const struct method m = {f->kernel, KITH_VISCOSITY_NONE, f->traversal, f->compatible, 0,
+                           0,         KITH_BALSARA_NONE};
   world_create(w, cells, side, jitter, &m, seed);
   char text[64];
   snprintf(text, sizeof text, "faces=%s", f->faces == MFM_FACES_ONE_POINT ? "one-point" : "integrated");

@@ -19,7 +19,8 @@ static void rest(struct world *w) {
 }
 
 static void against_spheres(const char *search, const double *by) {
-  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0};
+  const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0,
+                           KITH_BALSARA_NONE};
   const int cells[] = {NDIM == 1 ? 24 : NDIM == 2 ? 9 : 5, NDIM == 2 ? 9 : 5, 5};
   struct world w[2];
   for (int k = 0; k < 2; ++k) {
@@ -51,7 +52,8 @@ static void against_spheres(const char *search, const double *by) {
 }
 
 static void refusals(void) {
-  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0};
+  const struct method m = {KITH_KERNEL_cubic, KITH_VISCOSITY_NONE, KITH_TRAVERSE_GATHER, true, 0, 0,
+                           KITH_BALSARA_NONE};
   const int cells[] = {6, 6, 6};
   const double flat[] = {0.5, 1, 1};
   struct world w;
