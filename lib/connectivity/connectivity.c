@@ -11,7 +11,11 @@ struct kith_requirements kith_requirements_or(struct kith_requirements a, struct
                                     /* if one requires all common neighbors, there are all */
                                     .on_segment = (a.on_segment || !a.intersection) &&
                                                   (b.on_segment || !b.intersection) &&
-                                                  (a.on_segment || b.on_segment)};
+                                                  (a.on_segment || b.on_segment),
+                                    .obstacles = !a.intersection              ? b.obstacles
+                                                 : !b.intersection            ? a.obstacles
+                                                 : a.obstacles == b.obstacles ? a.obstacles
+                                                                              : NULL};
 }
 
 /* --- memory --- */
@@ -59,6 +63,7 @@ static struct kith_requirements completed(struct kith_requirements need) {
   need.pairs = need.pairs || need.intersection;
   need.rows = need.rows || need.pairs || need.overlap || need.ghost_rows;
   need.on_segment = need.on_segment && need.intersection;
+  if (!need.intersection || need.ghost_rows) need.obstacles = NULL; /* rows of ghosts depend on culling */
   return need;
 }
 
@@ -98,9 +103,10 @@ static kith_status build_stages(struct kith_connectivity *c, const struct kith_b
   if (need.rows) c->rows.n = stored; /* the overlap needed rows of ghosts */
   STAGE("pairs", need.pairs, 2 * bytes_of(&c->rows) + 8.0 * (double)c->pairs.n, /* rows and of_row; pairs */
         kith_pairs_build(&c->pairs, &c->rows, c->n_internal))
-  STAGE("intersection", need.intersection,
-        bytes_of(&c->rows) + bytes_of(&c->intersection) + 8.0 * (double)c->pairs.n,
-        kith_intersection_build(&c->intersection, &c->rows, &c->pairs, need.on_segment, build))
+  STAGE(
+      "intersection", need.intersection,
+      bytes_of(&c->rows) + bytes_of(&c->intersection) + 8.0 * (double)c->pairs.n,
+      kith_intersection_build(&c->intersection, &c->rows, &c->pairs, need.on_segment, need.obstacles, build))
 #undef STAGE
   return status;
 }

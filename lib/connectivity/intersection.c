@@ -1,7 +1,8 @@
 /* intersection.c - the common neighbors of pairs.
  *
  * The neighbors of j are found by distance, not from the row of j: so a ghost needs no row, and the test
- * streams: row i and i itself are packed once, and every pair of i tests them all at once. */
+ * streams: row i and i itself are packed once, and every pair of i tests them all at once. Pairs of an i that
+ * sees no obstacle get their ends without a test. */
 #include "lib/connectivity/build/builder.h"
 
 #include <omp.h>
@@ -53,8 +54,37 @@ struct pass {
   const struct kith_rows *rows;
   const struct kith_pairs *pairs;
   struct kith_rows *out;
-  bool on_segment, fill;
+  bool on_segment;
+  const struct kith_field *obstacles; /* NULL: every pair needs its common nodes */
+  bool fill;
 };
+
+static bool is_obstacle(const struct kith_field *field, kith_index k) {
+  return field->spec.type == KITH_U8 ? field->u8[k] != 0 : field->f64[k] != 0;
+}
+
+/* May something stand between i and a partner? */
+static bool sees_obstacles(const struct pass *pass, kith_index i) {
+  if (pass->obstacles == NULL) return true;
+  bool any = is_obstacle(pass->obstacles, i);
+  for (size_t e = pass->rows->first[i]; e < pass->rows->first[i + 1] && !any; ++e)
+    any = is_obstacle(pass->obstacles, pass->rows->node[e]);
+  return any;
+}
+
+/* Counts or fills in pair p of i, which has its ends alone. */
+static void ends_of(const struct pass *pass, kith_index i, size_t p) {
+  const struct kith_rows *out = pass->out;
+  if (!pass->fill) {
+    out->first[p + 1] = 2;
+    return;
+  }
+  const size_t e = out->first[p];
+  out->node[e] = i, out->node[e + 1] = pass->pairs->node[p][1];
+  if (out->shift == NULL) return;
+  const uint16_t zero = (uint16_t)pass->rows->zero;
+  out->shift[e] = zero, out->shift[e + 1] = pass->pairs->shift != NULL ? pass->pairs->shift[p] : zero;
+}
 
 /* Pairs of i: counts (lengths into first[p + 1]) or fills in. */
 static kith_status pairs_of(const struct pass *pass, struct kith_worker *worker, kith_index i) {
@@ -62,6 +92,10 @@ static kith_status pairs_of(const struct pass *pass, struct kith_worker *worker,
   struct kith_packed *near = &worker->near;
   int self;
   if (pairs->first[i] == pairs->first[i + 1]) return KITH_OK;
+  if (!sees_obstacles(pass, i)) {
+    for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p) ends_of(pass, i, p);
+    return KITH_OK;
+  }
   KITH_TRY(pack_row(pass->rows, pass->build->nodes, i, near, &self));
   KITH_TRY(kith_reserve(&worker->hit, &worker->hit_capacity, (size_t)near->words, sizeof(uint64_t)));
   int other = self; /* the partners of i follow i in the row */
@@ -95,8 +129,8 @@ static kith_status run(const struct pass *pass) {
 
 kith_status kith_intersection_build(struct kith_rows *intersection, const struct kith_rows *rows,
                                     const struct kith_pairs *pairs, bool on_segment,
-                                    const struct kith_build *build) {
-  struct pass pass = {build, rows, pairs, intersection, on_segment, false};
+                                    const struct kith_field *obstacles, const struct kith_build *build) {
+  struct pass pass = {build, rows, pairs, intersection, on_segment, obstacles, false};
   if (pairs->n > INT32_MAX) KITH_FAIL(UNSUPPORTED, "intersections of %zu pairs: there can be 2^31", pairs->n);
   KITH_TRY(kith_rows_reserve(intersection, (kith_index)pairs->n));
   KITH_TRY(run(&pass));

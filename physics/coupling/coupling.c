@@ -28,8 +28,12 @@ static kith_status create(struct kith_package *package) {
 }
 
 static struct kith_requirements requirements(const struct kith_package *package) {
-  (void)package;
-  return (struct kith_requirements){.rows = true, .pairs = true, .intersection = true, .on_segment = true};
+  const struct kith_field *damage = ((const struct coupling *)package->self)->damage;
+  return (struct kith_requirements){.rows = true,
+                                    .pairs = true,
+                                    .intersection = true,
+                                    .on_segment = true,
+                                    .obstacles = damage != NULL ? damage : package->barrier};
 }
 
 /* Fills f_couple. Thicknesses are in supports, of which a node spacing is a fraction. */

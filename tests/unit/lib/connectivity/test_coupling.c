@@ -103,6 +103,62 @@ static size_t check_coupling(uint64_t seed, bool on_segment, bool damaged) {
   return cut;
 }
 
+/* With obstacles, pairs of nodes that see none have no common nodes but their ends, the others all; cuts and
+ * factors are the same. */
+static void check_obstacles(uint64_t seed, bool damaged, bool folded) {
+  const struct kith_field_spec spec[2] = {{"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"},
+                                          {"damage", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "D"}};
+  const int count[2] = {60, 2};
+  struct kith_nodes *nodes = oracle_random(2, count, NDIM == 1 ? 0.06 : 0.25, 1.8, &seed);
+  struct kith_field *barrier, *damage = NULL;
+  CHECK_OK(kith_nodes_field(nodes, &spec[0], &barrier));
+  if (damaged) CHECK_OK(kith_nodes_field(nodes, &spec[1], &damage));
+  for (kith_index i = 0; i < nodes->n_internal; ++i) {
+    nodes->support->f64[i] = nodes->search_radius->f64[i];
+    barrier->u8[i] = nodes->list->u8[i] == 1;
+    if (damaged) damage->f64[i] = barrier->u8[i] ? 1 : i == 7 ? 0.5 : 0;
+  }
+  CHECK_OK(kith_nodes_number_images(nodes));
+  if (folded) oracle_ghosts(nodes, 0, false, 0.4);
+  const struct kith_field *obstacles = damaged ? damage : barrier;
+  struct kith_requirements need = {.pairs = true, .intersection = true, .on_segment = true};
+  struct kith_connectivity *whole = oracle_build(nodes, kith_search_find("tree"), need, NULL);
+  need.obstacles = obstacles;
+  struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), need, NULL);
+  size_t ends = 0, others = 0;
+  CHECK(c->pairs.n == whole->pairs.n);
+  for (kith_index i = 0; i < c->rows.n && check_failures == 0; ++i) {
+    bool sees = damaged ? damage->f64[i] > 0 : barrier->u8[i] > 0;
+    for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e)
+      sees = sees || (damaged ? damage->f64[c->rows.node[e]] > 0 : barrier->u8[c->rows.node[e]] > 0);
+    for (size_t p = c->pairs.first[i]; p < c->pairs.first[i + 1]; ++p) {
+      const size_t a = c->intersection.first[p], n = c->intersection.first[p + 1] - a,
+                   b = whole->intersection.first[p], all = whole->intersection.first[p + 1] - b;
+      CHECK(n == (sees ? all : 2));
+      if (sees)
+        CHECK(memcmp(c->intersection.node + a, whole->intersection.node + b, n * sizeof(kith_index)) == 0);
+      if (!sees) CHECK(c->intersection.node[a] == i && c->intersection.node[a + 1] == c->pairs.node[p][1]);
+      ends += !sees && all > 2, others += sees && all > 2;
+    }
+  }
+  CHECK(ends > 0 && others > 0);
+  const struct kith_coupling by = {barrier->u8, damaged ? damage->f64 : NULL, 0.4};
+  CHECK_OK(kith_connectivity_valid(c, nodes));
+  CHECK_OK(kith_connectivity_couple(c, nodes, &by));
+  CHECK_OK(kith_connectivity_couple(whole, nodes, &by));
+  CHECK_OK(kith_connectivity_valid(c, nodes));
+  const double *factor = kith_connectivity_factors(&c->pairs),
+               *wanted = kith_connectivity_factors(&whole->pairs);
+  CHECK(c->pairs.n == whole->pairs.n && (factor != NULL) == damaged && (wanted != NULL) == damaged);
+  for (size_t p = 0; p < c->pairs.n && check_failures == 0; ++p) {
+    CHECK(memcmp(c->pairs.node[p], whole->pairs.node[p], sizeof c->pairs.node[p]) == 0);
+    CHECK(factor == NULL || factor[p] == wanted[p]);
+  }
+  kith_connectivity_destroy(&whole);
+  kith_connectivity_destroy(&c);
+  kith_nodes_destroy(&nodes);
+}
+
 static void check_needs(void) {
   const int count[1] = {5};
   uint64_t seed = 3;
@@ -217,6 +273,7 @@ int main(void) {
   size_t cut[2] = {0};
   for (uint64_t seed = 1; seed <= 12; ++seed) cut[seed > 6] += check_coupling(seed, seed % 2 == 0, seed > 6);
   CHECK(cut[0] > 0 && cut[1] > 0);
+  for (int k = 0; k < 8; ++k) check_obstacles(60 + (uint64_t)k, k % 2, k % 4 > 1);
   check_needs();
   for (const struct kith_package_ops *const *p = kith_package_all(); *p != NULL; ++p)
     nothing_passes_plate((*p)->name);
