@@ -57,32 +57,38 @@ static double factor_of(const struct kith_connectivity *c, const struct kith_nod
   return by->damage != NULL ? n / sum : 1;
 }
 
-/* Removes the entries of cut pairs. lost[i]: row i has become shorter. */
-static void drop_entries(struct kith_connectivity *c, const double *f_couple, uint8_t *lost) {
+/* The bit of node k in a set that may hold more nodes than were put in. */
+static uint64_t bit_of(kith_index k) {
+  return UINT64_C(1) << (k % 64);
+}
+
+/* Removes the entries of cut pairs. lost[i]: the nodes that row i loses, by their bits. */
+static void drop_entries(struct kith_connectivity *c, const double *f_couple, uint64_t *lost) {
   struct kith_rows *rows = &c->rows;
 #pragma omp parallel for schedule(static) if (rows->n > KITH_FEW)
   for (kith_index i = 0; i < rows->n; ++i)
     for (size_t e = rows->first[i]; e < rows->first[i + 1]; ++e)
-      if (f_couple[c->pairs.of_row[e]] < 0) rows->node[e] = -1, lost[i] = 1;
+      if (f_couple[c->pairs.of_row[e]] < 0) lost[i] |= bit_of(rows->node[e]), rows->node[e] = -1;
   kith_rows_compact(rows);
 }
 
 /* A node of the intersection is kept if both ends still see it, as far as there are rows; the ends belong to
  * it. */
-static bool is_common(const struct kith_connectivity *c, const uint8_t *lost, size_t p, size_t e) {
+static bool is_common(const struct kith_connectivity *c, const uint64_t *lost, size_t p, size_t e) {
   const kith_index *end = c->pairs.node[p], k = c->intersection.node[e];
   const int zero = c->rows.zero, shift[] = {zero, c->pairs.shift != NULL ? c->pairs.shift[p] : 0},
             s = kith_row_shift(&c->intersection, e);
   for (int m = 0; m < 2; ++m)
     if (k == end[m] && s == shift[m]) return true;
   for (int m = 0; m < 2; ++m)
-    if (end[m] < c->rows.n && lost[end[m]] && !kith_rows_hold(&c->rows, end[m], k, zero + s - shift[m]))
+    if (end[m] < c->rows.n && (lost[end[m]] & bit_of(k)) != 0 &&
+        !kith_rows_hold(&c->rows, end[m], k, zero + s - shift[m]))
       return false;
   return true;
 }
 
 /* Removes cut pairs and their intersections, and from the others what an end does not see any more. */
-static void drop_pairs(struct kith_connectivity *c, const double *f_couple, const uint8_t *lost) {
+static void drop_pairs(struct kith_connectivity *c, const double *f_couple, const uint64_t *lost) {
   struct kith_rows *common = &c->intersection;
 #pragma omp parallel for schedule(dynamic, 1024) if (c->rows.n > KITH_FEW)
   for (size_t p = 0; p < c->pairs.n; ++p) {
@@ -97,8 +103,8 @@ static void drop_pairs(struct kith_connectivity *c, const double *f_couple, cons
 
 /* Removes the pairs whose factor is below 0. */
 static kith_status decouple(struct kith_connectivity *c, const double *f_couple) {
-  uint8_t *lost = NULL;
-  KITH_TRY(kith_resize(&lost, 0, (size_t)c->rows.n, 1));
+  uint64_t *lost = NULL;
+  KITH_TRY(kith_resize(&lost, 0, (size_t)c->rows.n, sizeof *lost));
   drop_entries(c, f_couple, lost);
   drop_pairs(c, f_couple, lost);
   kith_free(&lost);
