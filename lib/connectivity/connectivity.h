@@ -35,9 +35,9 @@
 struct kith_requirements {
   bool rows, pairs, ghost_rows, overlap, overlap_pairs, intersection;
   bool on_segment; /* only common nodes that are beside the segment (builder.h); OR: if none needs all */
-  /* Intersections are required where nodes with this field (U8 or F64, not 0) stand between: pairs that start
-   * at a node that is none of these, with none of these in its row, hold their ends alone. NULL, or with
-   * ghost_rows: all pairs; OR: all, if two fields differ. */
+  /* A field, U8 or F64, that is not 0 at the nodes for which intersections are searched, as barriers. A pair
+   * whose first node is no such node and has none in its row then holds its ends alone. NULL, or with
+   * ghost_rows: all pairs have their common neighbors; OR: all, if two fields differ. */
   const struct kith_field *obstacles;
 };
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b);
