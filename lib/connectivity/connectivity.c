@@ -1,6 +1,13 @@
 /* connectivity.c - builds what is required and answers questions about it. */
 #include "lib/connectivity/connectivity.h"
 
+/* What both agree on, if both require intersections. */
+static const struct kith_field *agreed(const struct kith_requirements *a, const struct kith_field *of_a,
+                                       const struct kith_requirements *b, const struct kith_field *of_b) {
+  if (!a->intersection || !b->intersection) return a->intersection ? of_a : of_b;
+  return of_a == of_b ? of_a : NULL;
+}
+
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b) {
   return (struct kith_requirements){.rows = a.rows || b.rows,
                                     .pairs = a.pairs || b.pairs,
@@ -12,10 +19,8 @@ struct kith_requirements kith_requirements_or(struct kith_requirements a, struct
                                     .on_segment = (a.on_segment || !a.intersection) &&
                                                   (b.on_segment || !b.intersection) &&
                                                   (a.on_segment || b.on_segment),
-                                    .obstacles = !a.intersection              ? b.obstacles
-                                                 : !b.intersection            ? a.obstacles
-                                                 : a.obstacles == b.obstacles ? a.obstacles
-                                                                              : NULL};
+                                    .obstacles = agreed(&a, a.obstacles, &b, b.obstacles),
+                                    .barriers = agreed(&a, a.barriers, &b, b.barriers)};
 }
 
 /* --- memory --- */
@@ -63,7 +68,8 @@ static struct kith_requirements completed(struct kith_requirements need) {
   need.pairs = need.pairs || need.intersection;
   need.rows = need.rows || need.pairs || need.overlap || need.ghost_rows;
   need.on_segment = need.on_segment && need.intersection;
-  if (!need.intersection || need.ghost_rows) need.obstacles = NULL; /* rows of ghosts depend on culling */
+  if (!need.intersection || need.ghost_rows) /* rows of ghosts depend on culling */
+    need.obstacles = need.barriers = NULL;
   return need;
 }
 
@@ -103,10 +109,11 @@ static kith_status build_stages(struct kith_connectivity *c, const struct kith_b
   if (need.rows) c->rows.n = stored; /* the overlap needed rows of ghosts */
   STAGE("pairs", need.pairs, 2 * bytes_of(&c->rows) + 8.0 * (double)c->pairs.n, /* rows and of_row; pairs */
         kith_pairs_build(&c->pairs, &c->rows, c->n_internal))
-  STAGE(
-      "intersection", need.intersection,
-      bytes_of(&c->rows) + bytes_of(&c->intersection) + 8.0 * (double)c->pairs.n,
-      kith_intersection_build(&c->intersection, &c->rows, &c->pairs, need.on_segment, need.obstacles, build))
+  STAGE("intersection", need.intersection,
+        bytes_of(&c->rows) + bytes_of(&c->intersection) + 8.0 * (double)c->pairs.n,
+        kith_intersection_build(
+            &c->intersection, &c->rows, &c->pairs,
+            (struct kith_intersection_spec){need.on_segment, need.obstacles, need.barriers}, build))
 #undef STAGE
   return status;
 }

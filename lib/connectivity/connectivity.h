@@ -35,10 +35,11 @@
 struct kith_requirements {
   bool rows, pairs, ghost_rows, overlap, overlap_pairs, intersection;
   bool on_segment; /* only common nodes that are beside the segment (builder.h); OR: if none needs all */
-  /* A field, U8 or F64, that is not 0 at the nodes for which intersections are searched, as barriers. A pair
-   * whose first node is no such node and has none in its row then holds its ends alone. NULL, or with
-   * ghost_rows: all pairs have their common neighbors; OR: all, if two fields differ. */
-  const struct kith_field *obstacles;
+  /* Fields, U8 or F64, that are not 0 at the nodes for which intersections are searched, and at nodes whose
+   * pairs need none. A pair holds its ends alone if its first node is no obstacle and has none in its row, or
+   * if an end is a barrier. NULL, or with ghost_rows: all pairs have their common neighbors; OR: all, if two
+   * fields differ. */
+  const struct kith_field *obstacles, *barriers;
 };
 struct kith_requirements kith_requirements_or(struct kith_requirements a, struct kith_requirements b);
 

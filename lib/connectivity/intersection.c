@@ -1,8 +1,8 @@
 /* intersection.c - the common neighbors of pairs.
  *
  * The neighbors of j are found by distance, not from the row of j: so a ghost needs no row, and the test
- * streams: row i and i itself are packed once, and every pair of i tests them all at once. Pairs of an i that
- * sees no obstacle get their ends without a test. */
+ * streams: row i and i itself are packed once, and every pair of i tests them all at once. Pairs that need
+ * no common nodes get their ends without a test. */
 #include "lib/connectivity/build/builder.h"
 
 #include <omp.h>
@@ -54,21 +54,22 @@ struct pass {
   const struct kith_rows *rows;
   const struct kith_pairs *pairs;
   struct kith_rows *out;
-  bool on_segment;
-  const struct kith_field *obstacles; /* NULL: every pair needs its common nodes */
+  struct kith_intersection_spec spec;
   bool fill;
 };
 
-static bool is_obstacle(const struct kith_field *field, kith_index k) {
-  return field->spec.type == KITH_U8 ? field->u8[k] != 0 : field->f64[k] != 0;
+/* Is it one of the nodes where the field is not 0? */
+static bool is_set(const struct kith_field *field, kith_index k) {
+  return field != NULL && (field->spec.type == KITH_U8 ? field->u8[k] != 0 : field->f64[k] != 0);
 }
 
-/* May something stand between i and a partner? */
+/* May pairs of i need their common nodes? */
 static bool sees_obstacles(const struct pass *pass, kith_index i) {
-  if (pass->obstacles == NULL) return true;
-  bool any = is_obstacle(pass->obstacles, i);
+  const struct kith_field *obstacles = pass->spec.obstacles;
+  if (is_set(pass->spec.barriers, i)) return false;
+  bool any = obstacles == NULL || is_set(obstacles, i);
   for (size_t e = pass->rows->first[i]; e < pass->rows->first[i + 1] && !any; ++e)
-    any = is_obstacle(pass->obstacles, pass->rows->node[e]);
+    any = is_set(obstacles, pass->rows->node[e]);
   return any;
 }
 
@@ -100,7 +101,12 @@ static kith_status pairs_of(const struct pass *pass, struct kith_worker *worker,
   KITH_TRY(kith_reserve(&worker->hit, &worker->hit_capacity, (size_t)near->words, sizeof(uint64_t)));
   int other = self; /* the partners of i follow i in the row */
   for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p) {
-    common(pass->build, near, self, ++other, pass->on_segment, worker->hit);
+    ++other;
+    if (is_set(pass->spec.barriers, pairs->node[p][1])) {
+      ends_of(pass, i, p);
+      continue;
+    }
+    common(pass->build, near, self, other, pass->spec.on_segment, worker->hit);
     if (pass->fill) {
       const size_t e = pass->out->first[p];
       kith_packed_extract(near->node, near->words, worker->hit, pass->out->node + e);
@@ -128,9 +134,9 @@ static kith_status run(const struct pass *pass) {
 }
 
 kith_status kith_intersection_build(struct kith_rows *intersection, const struct kith_rows *rows,
-                                    const struct kith_pairs *pairs, bool on_segment,
-                                    const struct kith_field *obstacles, const struct kith_build *build) {
-  struct pass pass = {build, rows, pairs, intersection, on_segment, obstacles, false};
+                                    const struct kith_pairs *pairs, struct kith_intersection_spec spec,
+                                    const struct kith_build *build) {
+  struct pass pass = {build, rows, pairs, intersection, spec, false};
   if (pairs->n > INT32_MAX) KITH_FAIL(UNSUPPORTED, "intersections of %zu pairs: there can be 2^31", pairs->n);
   KITH_TRY(kith_rows_reserve(intersection, (kith_index)pairs->n));
   KITH_TRY(run(&pass));

@@ -33,7 +33,8 @@ static struct kith_requirements requirements(const struct kith_package *package)
                                     .pairs = true,
                                     .intersection = true,
                                     .on_segment = true,
-                                    .obstacles = damage != NULL ? damage : package->barrier};
+                                    .obstacles = damage != NULL ? damage : package->barrier,
+                                    .barriers = package->barrier};
 }
 
 /* Fills f_couple. Thicknesses are in supports, of which a node spacing is a fraction. */

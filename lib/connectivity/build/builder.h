@@ -134,9 +134,14 @@ kith_status kith_rows_build(struct kith_rows *rows, const struct kith_build *bui
 /* Overlap rows of the first `n` nodes. Needs the rows of ghosts. (overlap.c) */
 kith_status kith_overlap_build(struct kith_rows *overlap, const struct kith_rows *rows, kith_index n,
                                const struct kith_build *build);
-/* on_segment, obstacles: as required (connectivity.h). UNSUPPORTED beyond 2^31 pairs. (intersection.c) */
+/* Which common nodes, of which pairs: as in connectivity.h. */
+struct kith_intersection_spec {
+  bool on_segment;
+  const struct kith_field *obstacles, *barriers;
+};
+/* UNSUPPORTED beyond 2^31 pairs. (intersection.c) */
 kith_status kith_intersection_build(struct kith_rows *intersection, const struct kith_rows *rows,
-                                    const struct kith_pairs *pairs, bool on_segment,
-                                    const struct kith_field *obstacles, const struct kith_build *build);
+                                    const struct kith_pairs *pairs, struct kith_intersection_spec spec,
+                                    const struct kith_build *build);
 
 #endif

@@ -103,8 +103,8 @@ static size_t check_coupling(uint64_t seed, bool on_segment, bool damaged) {
   return cut;
 }
 
-/* With obstacles, pairs of nodes that see none have no common nodes but their ends, the others all; cuts and
- * factors are the same. */
+/* With obstacles and barriers, pairs of nodes that see no obstacle, and those of barriers, have no common nodes
+ * but their ends, the others all; cuts and factors are the same. */
 static void check_obstacles(uint64_t seed, bool damaged, bool folded) {
   const struct kith_field_spec spec[2] = {{"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"},
                                           {"damage", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "D"}};
@@ -123,7 +123,7 @@ static void check_obstacles(uint64_t seed, bool damaged, bool folded) {
   const struct kith_field *obstacles = damaged ? damage : barrier;
   struct kith_requirements need = {.pairs = true, .intersection = true, .on_segment = true};
   struct kith_connectivity *whole = oracle_build(nodes, kith_search_find("tree"), need, NULL);
-  need.obstacles = obstacles;
+  need.obstacles = obstacles, need.barriers = barrier;
   struct kith_connectivity *c = oracle_build(nodes, kith_search_find("tree"), need, NULL);
   size_t ends = 0, others = 0;
   CHECK(c->pairs.n == whole->pairs.n);
@@ -134,11 +134,14 @@ static void check_obstacles(uint64_t seed, bool damaged, bool folded) {
     for (size_t p = c->pairs.first[i]; p < c->pairs.first[i + 1]; ++p) {
       const size_t a = c->intersection.first[p], n = c->intersection.first[p + 1] - a,
                    b = whole->intersection.first[p], all = whole->intersection.first[p + 1] - b;
-      CHECK(n == (sees ? all : 2));
-      if (sees)
+      const kith_index *end = c->pairs.node[p];
+      const bool full = sees && !barrier->u8[end[0]] && !barrier->u8[end[1]];
+      CHECK(n == (full ? all : 2));
+      if (full)
         CHECK(memcmp(c->intersection.node + a, whole->intersection.node + b, n * sizeof(kith_index)) == 0);
-      if (!sees) CHECK(c->intersection.node[a] == i && c->intersection.node[a + 1] == c->pairs.node[p][1]);
-      ends += !sees && all > 2, others += sees && all > 2;
+      else
+        CHECK(c->intersection.node[a] == end[0] && c->intersection.node[a + 1] == end[1]);
+      ends += !full && all > 2, others += full && all > 2;
     }
   }
   CHECK(ends > 0 && others > 0);
