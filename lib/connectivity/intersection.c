@@ -64,7 +64,7 @@ static bool is_set(const struct kith_field *field, kith_index k) {
 }
 
 /* May pairs of i need their common nodes? */
-static bool sees_obstacles(const struct pass *pass, kith_index i) {
+static bool need_common_nodes(const struct pass *pass, kith_index i) {
   const struct kith_field *obstacles = pass->spec.obstacles;
   if (is_set(pass->spec.barriers, i)) return false;
   bool any = obstacles == NULL || is_set(obstacles, i);
@@ -93,7 +93,7 @@ static kith_status pairs_of(const struct pass *pass, struct kith_worker *worker,
   struct kith_packed *near = &worker->near;
   int self;
   if (pairs->first[i] == pairs->first[i + 1]) return KITH_OK;
-  if (!sees_obstacles(pass, i)) {
+  if (!need_common_nodes(pass, i)) {
     for (size_t p = pairs->first[i]; p < pairs->first[i + 1]; ++p) ends_of(pass, i, p);
     return KITH_OK;
   }

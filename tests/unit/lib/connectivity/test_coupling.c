@@ -103,8 +103,8 @@ static size_t check_coupling(uint64_t seed, bool on_segment, bool damaged) {
   return cut;
 }
 
-/* With obstacles and barriers, pairs of nodes that see no obstacle, and those of barriers, have no common nodes
- * but their ends, the others all; cuts and factors are the same. */
+/* With obstacles and barriers, pairs of nodes that see no obstacle, and those of barriers, have no common
+ * nodes but their ends, the others all; cuts and factors are the same. */
 static void check_obstacles(uint64_t seed, bool damaged, bool folded) {
   const struct kith_field_spec spec[2] = {{"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"},
                                           {"damage", KITH_SCALAR, KITH_F64, KITH_STATE, NULL, "D"}};
