@@ -20,8 +20,8 @@
  * Patching: when ghosts are culled, everything is renumbered and nothing is rebuilt. The result is bitwise
  * identical to a build on the culled nodes
  *   rows, pairs, f_couple, intersection      for any set of kept ghosts: they are facts about kept nodes
- *   overlap, rows of internal nodes only     if every ghost in the row of an internal node is kept
- *                                            (kith_connectivity_mark_ghosts)
+ *   intersection with obstacles; overlap,    if every ghost in the row of an internal node is kept
+ *   rows of internal nodes only              (kith_connectivity_mark_ghosts)
  *   overlap with ghost_rows                  if every ghost in the row of any kept node is kept: a removed
  *                                            ghost may have been the only node that two supports share
  * Excluders must then tell nodes apart by their fields and not by their index. */

@@ -43,9 +43,9 @@
  * vortices and shear. In shear b is a few percent; in noise and shocks it exceeds 1/16 and is kept.
  * Without the factor; with s = b; with (6); with 4 instead of 16; with s = b, e = 1e-3 c / h:
  *     Kelvin-Helmholtz, amplitude (.148 is right)                 .032   .127   .137   .139
- *     growth of a shear layer, 32 nodes (exact .873; sph .856)    .250   .838   .858   .861   .851
- *     Gresho, 50^2, L1 of the velocity (sph .060, crk .039)       .122   .037   .037   .044
- *     Yee's vortex, L1 of the speed (sph .0081, crk .0072)        .0083  .0076  .0076  .0086
+ *     growth of a shear layer, 32 nodes (exact .873; sph .871)    .250   .838   .858   .861   .851
+ *     Gresho, 50^2, L1 of the velocity (sph .061, crk .039)       .122   .037   .037   .044
+ *     Yee's vortex, L1 of the speed (sph .0082, crk .0073)        .0083  .0076  .0076  .0086
  *     noise after five crossings (sph .0067, crk .0027)           .0021  .0029  .0029  .0029  .0035
  * With 12 or 20 they change by 3 % at most, with a limit of 0.05 c to 0.5 c by 6 %. If (1 - s) took
  * all of D, a sheared shock of Noh would be .39 spacings ahead instead of .29.

@@ -390,7 +390,7 @@ static inline double truth_balsara(const struct world *w, const struct truth *t,
     for (int b = 0; b < a; ++b) curl2 += pow(t->gradient[i][a][b] - t->gradient[i][b][a], 2);
   }
   const double factor = (fabs(divergence) + e) / (fabs(divergence) + sqrt(curl2) + e);
-  const int power[] = {[KITH_BALSARA_NONE] = 0, 1, 1, 2};
+  static const int power[] = {[KITH_BALSARA_SLOW] = 1, [KITH_BALSARA_FACTOR] = 1, [KITH_BALSARA_SQUARED] = 2};
   return NDIM == 1 ? 1 : pow(factor, power[w->viscosity.balsara]);
 }
 

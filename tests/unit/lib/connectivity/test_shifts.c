@@ -135,10 +135,12 @@ static void check_pairs(const struct images *all, const struct kith_connectivity
     const struct image *j = find(all, c->pairs.node[p][1], lengths);
     CHECK(neighbors(all, i, j));
     if (!c->built.intersection) continue;
-    CHECK_ROW(
-        all, &c->intersection, p, k,
-        same_image(k, i) || same_image(k, j) ||
-            (neighbors(all, i, k) && neighbors(all, j, k) && (!c->built.on_segment || between(i, j, k))));
+    const struct kith_field *barriers = c->built.barriers;
+    const bool ends_alone = barriers != NULL && (barriers->u8[i->node] || barriers->u8[j->node]);
+    CHECK_ROW(all, &c->intersection, p, k,
+              same_image(k, i) || same_image(k, j) ||
+                  (!ends_alone && neighbors(all, i, k) && neighbors(all, j, k) &&
+                   (!c->built.on_segment || between(i, j, k))));
   }
   for (kith_index i = 0; i < c->rows.n; ++i) /* an entry at each end that is not a ghost */
     for (size_t e = c->rows.first[i]; e < c->rows.first[i + 1]; ++e) {
@@ -185,6 +187,7 @@ static void check_connectivity(const struct images *all, const struct kith_conne
 /* Box lengths are in units of the support, on all axes (b < 4) or on the first one; then the others are 3. */
 static void thin_boxes(void) {
   static const double supports[] = {0.4, 1, 1.5, 3};
+  static const struct kith_field_spec spec = {"barrier", KITH_SCALAR, KITH_U8, KITH_STATE, NULL, "1: a wall"};
   const struct kith_requirements need = {.rows = true, .overlap_pairs = true, .intersection = true};
   void *settings = shifts_settings();
   uint64_t state = 5;
@@ -192,7 +195,10 @@ static void thin_boxes(void) {
     const int thin = b % 4, count[] = {thin == 3 ? 10 : b < 4 ? 2 + thin : 6};
     struct kith_nodes *nodes = oracle_random(1, count, 1 / 1.2, 1.2, &state);
     struct kith_boundaries boundaries = {0};
+    struct kith_field *barrier;
     double length[NDIM];
+    CHECK_OK(kith_nodes_field(nodes, &spec, &barrier));
+    for (kith_index i = 0; i < count[0]; ++i) barrier->u8[i] = i % 3 == 1;
     nodes->shifts.wanted = true;
     if (b % 3 == 1) CHECK_OK(kith_nodes_mark_activity(nodes));
     for (int a = 0; a < NDIM; ++a) {
@@ -208,6 +214,7 @@ static void thin_boxes(void) {
     struct kith_requirements these = need;
     if (nodes->activity != NULL) these = (struct kith_requirements){.pairs = true}; /* as with idle nodes */
     these.on_segment = these.intersection && b % 2;
+    if (these.intersection && b % 4 > 1) these.barriers = barrier;
     for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
       if (NDIM == 3 && (ops - kith_search_all()) % 2 != b / 2 % 2) continue; /* half of them, to save time */
       omp_set_num_threads(1 + b % 3);
