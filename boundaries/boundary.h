@@ -56,11 +56,13 @@ struct kith_boundary_ops {
   /* Returns the velocity of its face along the axis, which is constant. NULL: its faces are fixed. */
   double (*face_velocity)(const void *settings);
   /* Properties, so that callers need not test names. */
-  bool has_faces;      /* acts on sides of the domain; false: on nodes, wherever they are */
-  bool mirrors;        /* an immovable mirror */
-  bool wraps;          /* a node that leaves on one side comes back on the other: acts on both sides */
-  bool one_side;       /* acts on one side, whose opposite side must be open */
-  bool enters, leaves; /* gas passes the face, from or to a zone of nodes behind it (flow.h) */
+  bool has_faces; /* acts on sides of the domain; false: on nodes, wherever they are */
+  bool mirrors;   /* an immovable mirror */
+  bool wraps;     /* a node that leaves on one side comes back on the other: acts on both sides */
+  bool one_side;  /* acts on one side, whose opposite side must be open */
+  /* Gas passes the face, from or to a zone of nodes behind it (flow.h): the settings of such a member begin
+   * with struct kith_flow_settings, which set up the zone. */
+  bool enters, leaves;
 };
 
 /* Is an axis periodic if this boundary is on one of its sides? NULL: open. */

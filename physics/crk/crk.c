@@ -35,7 +35,7 @@ struct crk_settings {
   struct kith_viscosity_settings viscosity; /* first: tests read it */
 };
 static const struct kith_param viscosity_params[] = {
-    KITH_VISCOSITY_PARAMS(struct crk_settings, "|none|monaghan|limited", "1.5"), {0}};
+    KITH_VISCOSITY_PARAMS(struct crk_settings, KITH_VISCOSITY_STEADY_LIST, "1.5"), {0}};
 static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)}, {0}};
 

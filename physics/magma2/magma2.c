@@ -47,7 +47,7 @@ struct magma2_settings {
   double pressure_dissipation;
 };
 static const struct kith_param viscosity_params[] = {
-    KITH_VISCOSITY_PARAMS(struct magma2_settings, "|none|monaghan|limited", "1"), {0}};
+    KITH_VISCOSITY_PARAMS(struct magma2_settings, KITH_VISCOSITY_STEADY_LIST, "1"), {0}};
 static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
     {"pressure_dissipation", KITH_PARAM_NUMBER, "1", "[0, inf)",

@@ -57,14 +57,17 @@
 #include "physics/passes/force.h"
 #include "physics/passes/tension.h"
 
-/* name, choice in a scene, doc */
-#define KITH_VISCOSITY_LIST(X)                                                                     \
-  X(NONE, none, "none: for flows without shocks")                                                  \
-  X(MONAGHAN, monaghan, "on every approaching pair alike")                                         \
-  X(LIMITED, limited,                                                                              \
-    "on the velocity difference that limited gradients leave: little in smooth flow; the default") \
-  X(CULLEN_DEHNEN, cullen_dehnen,                                                                  \
-    "on every approaching pair, with a coefficient that rises ahead of a shock and decays behind it (sph)")
+/* name, choice in a scene, doc. KITH_VISCOSITY_STEADY_LIST: forms without a switch, which need nothing else
+ * of a package. */
+#define KITH_VISCOSITY_STEADY_LIST(X)                      \
+  X(NONE, none, "none: for flows without shocks")          \
+  X(MONAGHAN, monaghan, "on every approaching pair alike") \
+  X(LIMITED, limited,                                      \
+    "on the velocity difference that limited gradients leave: little in smooth flow; the default")
+#define KITH_VISCOSITY_LIST(X)    \
+  KITH_VISCOSITY_STEADY_LIST(X)   \
+  X(CULLEN_DEHNEN, cullen_dehnen, \
+    "on every approaching pair, with a coefficient that rises ahead of a shock and decays behind it")
 enum kith_viscosity {
 #define X(name, word, doc) KITH_VISCOSITY_##name,
   KITH_VISCOSITY_LIST(X)
@@ -89,10 +92,12 @@ struct kith_viscosity_settings {
 };
 #define KITH_VISCOSITY_PARAM(type, key, kind, value, range, doc) \
   { #key, KITH_PARAM_##kind, value, range, doc, KITH_INTO(type, viscosity.key), .needs = "name!=none" }
-/* Rows of a parameter table for the settings `type`; choices: the forms that it has, as "|none|monaghan";
+/* Rows of a parameter table for the settings `type`; list: the forms that it has, one of the lists above;
  * linear: the default of alpha. */
-#define KITH_VISCOSITY_PARAMS(type, choices, linear)                                                         \
-  {"name", KITH_PARAM_CHOICE, "limited", choices, "its form", KITH_INTO(type, viscosity.name)},              \
+#define KITH_VISCOSITY_PARAMS(type, list, linear)                                                            \
+  {"name",     KITH_PARAM_CHOICE,                                                                            \
+   "limited",  list(KITH_AS_LISTED_CHOICE),                                                                  \
+   "its form", KITH_INTO(type, viscosity.name)},                                                             \
       KITH_VISCOSITY_PARAM(type, balsara, CHOICE, "slow", KITH_BALSARA_LIST(KITH_BALSARA_CHOICE),            \
                            "Balsara's factor, for less viscosity in shear: on the linear term, and on slow " \
                            "differences in the quadratic one; on both terms; or its square on both"),        \

@@ -45,7 +45,7 @@ struct remix_settings {
   double pressure_dissipation, relaxation;
 };
 static const struct kith_param viscosity_params[] = {
-    KITH_VISCOSITY_PARAMS(struct remix_settings, "|none|monaghan|limited", "1"), {0}};
+    KITH_VISCOSITY_PARAMS(struct remix_settings, KITH_VISCOSITY_STEADY_LIST, "1"), {0}};
 static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
     {"pressure_dissipation", KITH_PARAM_NUMBER, "1", "[0, inf)",

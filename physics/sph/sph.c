@@ -45,7 +45,7 @@ struct sph_settings {
   double conduction, pressure_dissipation, stretch[NDIM];
 };
 static const struct kith_param viscosity_params[] = {
-    KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST(KITH_AS_LISTED_CHOICE), "1"), {0}};
+    KITH_VISCOSITY_PARAMS(struct sph_settings, KITH_VISCOSITY_LIST, "1"), {0}};
 static const struct kith_param params[] = {
     {"viscosity", KITH_PARAM_MAP, "", "", "artificial viscosity", KITH_BELOW(viscosity_params, MAP)},
     {"density", KITH_PARAM_CHOICE, "masses", "masses|nodes",

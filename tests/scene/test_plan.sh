@@ -274,7 +274,7 @@ for key in resolution method kernel regions until; do
   grep -q "^ *$key:" stdout || wrong "list scene lacks $key"
 done
 # A key that members mean differently is explained for each.
-for text in "gamma: 1.4 # ratio of specific heats (ideal, stiffened)" \
+for text in "gamma: 1.4 # ratio of specific heats (ideal, stiffened" \
   "gamma: 2 # Grueneisen's Gamma0, at rho0 (mie-grueneisen)" \
   "amplitude: # required unless it follows from the scene; of the density, relative (acoustic-wave"; do
   [[ $(tr -s ' ' <stdout) == *"$text"* ]] || wrong "list scene lacks '$text'"

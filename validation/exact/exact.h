@@ -52,7 +52,9 @@ struct kith_exact_ops {
   const char *name, *doc;
   const struct kith_param *params; /* its own parameters; `settings` below are their values */
   size_t settings_size;
-  /* Sets what follows from the scene; what does not follow stays as it is. NULL: nothing follows. */
+  /* Sets what follows from the scene; what does not follow stays as it is. Members for ideal gases, which are
+   * not `not_ideal`, have it and set their gamma, to NaN if a material is no ideal gas. NULL: nothing
+   * follows. */
   void (*derive)(void *settings, const struct kith_exact_scene *scene);
   const char *derived_from; /* the scenes from which everything follows, if only from some; NULL: not told */
   /* BAD_INPUT "exact solution NAME: ..." for values that do not fit together; each by itself is in its range.

@@ -7,7 +7,7 @@
  * Culling: of each boundary, ghosts that were created are kept or culled.
  * Enforcing: every node ends inside of the box, as one of its images. Bad settings are refused. */
 #include "tests/check.h"
-#include "boundaries/boundary.h"
+#include "boundaries/flow.h"
 #include "lib/core/param.h"
 #include <omp.h>
 #include <stdlib.h>
@@ -517,6 +517,7 @@ static void check_member(const struct kith_boundary_ops *ops) {
   CHECK(ops->doc != NULL && kith_boundary_find(ops->name) == ops);
   CHECK(!(ops->wraps && ops->one_side) && (ops->has_faces || !(ops->wraps || ops->one_side)));
   CHECK((ops->enforce != NULL) == (ops->has_faces && !kith_boundary_passes(ops)));
+  CHECK(!kith_boundary_passes(ops) || ops->settings_size >= sizeof(struct kith_flow_settings));
   check_refused(ops, NDIM, 0, 1, true, both);
   check_refused(ops, -1, 0, 1, true, both);
   check_refused(ops, 0, 1, 1, true, both);

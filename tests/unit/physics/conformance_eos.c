@@ -2,6 +2,7 @@
  * = dP/drho along an isentrope (defined by du = P / rho^2 drho), by differences; energy() inverts the
  * pressure; gamma is the growth of the bulk modulus along the isentrope; nothing positive becomes negative.
  * Then values known by hand, and tables. */
+#include "tests/unit/choices_of.h"
 #include "tests/unit/materials.h"
 
 static void state(const struct kith_material *m, double density, double energy, double *pressure, double *c) {
@@ -229,7 +230,7 @@ static void conform(const struct kith_eos_ops *eos) {
     for (size_t k = 0; k < sizeof values / sizeof values[0]; ++k) {
       char assignment[64];
       double value;
-      if (kith_param_parse(p, values[k], &value) != KITH_OK) continue;
+      if (p->kind != KITH_PARAM_NUMBER || kith_param_parse(p, values[k], &value) != KITH_OK) continue;
       snprintf(assignment, sizeof assignment, "%s=%s", p->key, values[k]);
       m = material_of(eos->name, assignment);
       CHECK(material_value(&m, p->key) == value);
@@ -237,6 +238,14 @@ static void conform(const struct kith_eos_ops *eos) {
         check_isentrope(&m), check_inverse(&m);
       check_arrays(&m), ++tried;
     }
+  for (const struct kith_param *p = eos->params; p != NULL && p->key != NULL; ++p) {
+    char choice[64], assignment[128];
+    for (int k = 0; p->kind != KITH_PARAM_NUMBER && choice_of(p, k, choice, sizeof choice); ++k) {
+      snprintf(assignment, sizeof assignment, "%s=%s", p->key, choice);
+      m = material_of(eos->name, assignment);
+      check_isentrope(&m), check_inverse(&m), check_arrays(&m), ++tried;
+    }
+  }
   if (eos->params == NULL) check_isentrope(&m), check_inverse(&m), check_arrays(&m);
   CHECK(eos->params == NULL || tried >= 3);
 }

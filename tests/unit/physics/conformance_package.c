@@ -3,6 +3,7 @@
  * traversal, the threads, the frame of reference or on whether neighbors are nodes or ghosts. New members and
  * choices are covered without changes here. The oracles are these invariances; the equations of each package
  * are tested by its own tests. */
+#include "tests/unit/choices_of.h"
 #include "tests/unit/physics/invariances.h"
 
 /* The number of nodes is divisible by 3, for three equal lists; the box is thinner than the supports along
@@ -228,6 +229,45 @@ static void check_wave(const struct variant *v) {
   world_destroy(&w);
 }
 
+/* An evaluation leaves the fields of nodes that are not active as they are: here of every other one, to which
+ * other values were given before. Pressures and sound speeds follow from density and energy alone and may be
+ * computed for more nodes. */
+static void check_idle(const struct variant *v) {
+  struct world w;
+  create(&w, v, box, PERIODIC, 0.3);
+  const int n = w.nodes->n_internal;
+  if (kith_package_traits(w.package.ops, w.settings).all_rows != NULL) { /* it never has idle nodes */
+    world_destroy(&w);
+    return;
+  }
+  CHECK_OK(kith_nodes_mark_activity(w.nodes));
+  memset(w.nodes->activity->u8, KITH_ACTIVE, (size_t)n);
+  evaluate(&w);
+  for (int i = 0; i < n; i += 2) w.nodes->activity->u8[i] = KITH_IDLE;
+  CHECK_OK(kith_lifecycle(&w.it, KITH_BECAUSE_requested));
+  double *before[MOST] = {NULL};
+  for (int f = 0; f < w.nodes->n_fields; ++f) {
+    const struct kith_field *field = w.nodes->fields[f];
+    const int parts = field->components;
+    if (field->spec.type != KITH_F64 || field == w.hydro.pressure || field == w.hydro.sound_speed) continue;
+    before[f] = malloc((size_t)(n * parts) * sizeof(double));
+    for (int k = 0; k < n * parts; ++k) {
+      if (k / parts % 2 == 0 && field->spec.role != KITH_STATE) field->f64[k] *= 1.001;
+      before[f][k] = field->f64[k];
+    }
+  }
+  CHECK_OK(w.package.ops->evaluate(&w.package, w.connectivity, &w.it.kick));
+  for (int f = 0; f < w.nodes->n_fields; free(before[f++])) {
+    const int parts = w.nodes->fields[f]->components;
+    int changed = 0;
+    for (int k = 0; before[f] != NULL && k < n * parts; ++k)
+      changed += k / parts % 2 == 0 && w.nodes->fields[f]->f64[k] != before[f][k];
+    if (changed > 0) fprintf(stderr, "%d values of idle nodes: %s\n", changed, w.nodes->fields[f]->spec.name);
+    CHECK(changed == 0);
+  }
+  world_destroy(&w);
+}
+
 /* --- all variants --- */
 
 static void check_variant(const char *package, const char *settings, int number) {
@@ -258,34 +298,27 @@ static void check_variant(const char *package, const char *settings, int number)
   if (NDIM == 1) check_doubled(&v, REFLECTING); /* oracles of single packages reflect along all axes */
   check_few(&v);
   check_empty_lists(&v);
+  check_idle(&v);
   if (check_failures > before) fprintf(stderr, "package %s, settings '%s'\n", package, settings);
 }
 
-/* Every choice of every parameter, one at a time, with defaults for the others; `all`: the last choice of
- * each. */
+/* Every choice of every parameter, one at a time, with defaults for the others; `all`: the last one of each
+ * that is no default. */
 static void check_choices(const char *package, const char *prefix, const struct kith_param *params,
                           int *number, char *all, size_t size) {
-  char text[256], choice[64];
+  char text[256] = "", choice[64];
   for (const struct kith_param *p = params; p != NULL && p->key != NULL; ++p) {
     if (p->kind == KITH_PARAM_MAP) {
       snprintf(text, sizeof text, "%s%s.", prefix, p->key);
       check_choices(package, text, p->params, number, all, size);
       continue;
     }
-    const char *rest = p->kind == KITH_PARAM_CHOICE ? p->allowed
-                       : p->kind == KITH_PARAM_BOOL ? "true"
-                       : p->fallback != NULL && strcmp(p->fallback, "0") == 0
-                           ? "1" /* an effect that is off by default */
-                           : "";
-    while (*rest != '\0') {
-      rest += *rest == '|';
-      const int length = (int)strcspn(rest, "|");
-      snprintf(choice, sizeof choice, "%.*s", length, rest);
+    int k = 0;
+    for (; choice_of(p, k, choice, sizeof choice); ++k) {
       snprintf(text, sizeof text, "%s%s=%s", prefix, p->key, choice);
-      if (strcmp(choice, p->fallback) != 0) check_variant(package, text, (*number)++);
-      if (rest[length] == '\0') snprintf(all + strlen(all), size - strlen(all), " %s", text);
-      rest += length;
+      check_variant(package, text, (*number)++);
     }
+    if (k > 0) snprintf(all + strlen(all), size - strlen(all), " %s", text);
   }
 }
 

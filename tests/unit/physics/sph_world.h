@@ -64,13 +64,14 @@ static inline void world_package(struct world *w, const char *name, const struct
   kith_package_clear(&w->package);
   kith_free(&w->settings);
   CHECK_OK(kith_settings_create(&w->settings, kith_family_member(kith_package_member, name), assignments));
-  w->package = (struct kith_package){.ops = kith_package_find(name),
-                                     .hydro = &w->hydro,
-                                     .kernel = m->kernel,
-                                     .neighbors = kith_kernel_neighbors(m->kernel, 0),
-                                     .compatible = m->compatible,
-                                     .settings = w->settings,
-                                     .traversal = m->traversal};
+  w->package =
+      (struct kith_package){.ops = kith_package_find(name),
+                            .hydro = &w->hydro,
+                            .kernel = m->kernel,
+                            .neighbors = kith_kernel_neighbors(m->kernel, kith_package_find(name)->spacings),
+                            .compatible = m->compatible,
+                            .settings = w->settings,
+                            .traversal = m->traversal};
   CHECK_OK(kith_package_init(&w->package));
 }
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "lib/neighbor/spacetree_cells.h"
+#include "tests/unit/choices_of.h"
 
 static uint64_t seed = 20;
 static inline double uniform(double lower, double upper) {
@@ -17,7 +18,7 @@ static inline kith_index below(kith_index n) {
   return (kith_index)(check_random(&seed) * n);
 }
 
-/* Members with parameters are also tested with another value of the first one. */
+/* Members are also tested with every other choice of each parameter. */
 static const void *settings;
 static inline struct kith_search *create_search(const struct kith_search_ops *ops,
                                                 const struct kith_nodes *nodes) {
@@ -35,13 +36,19 @@ static inline void destroy(struct kith_search **s, struct kith_nodes **nodes) {
 static inline void with_members(void (*test)(const struct kith_search_ops *ops)) {
   for (const struct kith_search_ops *const *ops = kith_search_all(); *ops; ++ops) {
     test(*ops);
-    if ((*ops)->params == NULL) continue;
-    bool *other = calloc(1, (*ops)->settings_size);
-    other[(*ops)->params->offset] = true;
-    settings = other;
-    test(*ops);
-    settings = NULL;
-    free(other);
+    for (const struct kith_param *p = (*ops)->params; p != NULL && p->key != NULL; ++p) {
+      char value[64], assignment[128];
+      for (int k = 0; choice_of(p, k, value, sizeof value); ++k) {
+        void *other;
+        snprintf(assignment, sizeof assignment, "%s=%s", p->key, value);
+        CHECK_OK(
+            kith_settings_create(&other, kith_family_member(kith_search_member, (*ops)->name), assignment));
+        settings = other;
+        test(*ops);
+        settings = NULL;
+        kith_free(&other);
+      }
+    }
   }
 }
 
