@@ -54,7 +54,7 @@ static void evaluate_eos(const struct kith_hydro *hydro, int list, kith_index fi
 #pragma omp parallel for schedule(static) if (count > CHUNK)
   for (kith_index i = first; i < first + count; i += CHUNK) {
     const kith_index n = KITH_MIN(CHUNK, first + count - i);
-    if (activity == NULL || !kith_all_idle(activity->u8, i, i + n))
+    if (activity == NULL || !kith_all_zero(activity->u8, i, i + n))
       kith_material_state(material, n, hydro->density->f64 + i, hydro->energy->f64 + i,
                           hydro->pressure->f64 + i, hydro->sound_speed->f64 + i);
   }

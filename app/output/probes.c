@@ -302,7 +302,7 @@ static void add_point(const struct kith_probes *p, const struct set *s, kith_ind
   for (size_t e = s->images.first[i]; e < s->images.first[i + 1]; ++e) {
     const kith_index g = s->images.node[e];
     size_t n;
-    const kith_index *node = kith_stored_row(&s->list->stored, s->list->row[g], space, &n);
+    const kith_index *node = s->list->stored.ops->row(&s->list->stored, s->list->row[g], space, &n);
     for (size_t k = 0; k < n; ++k) add_node(p, s, g, node[k], scale, guess, sums);
   }
 }

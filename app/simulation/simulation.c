@@ -243,23 +243,12 @@ static kith_status check_combination(const struct kith_simulation *m) {
 #undef REFUSE_IF
 }
 
-/* Refuses a name that has no default and is not given: the excluder would look for an empty name. */
-static kith_status check_names(const struct kith_excluders *excluders) {
-  for (const struct kith_excluder *e = excluders->excluder; e < excluders->excluder + excluders->n; ++e)
-    for (const struct kith_param *p = e->ops->params; p != NULL && p->key != NULL; ++p)
-      if (p->kind == KITH_PARAM_NAME && p->fallback == NULL &&
-          *((const char *)e->settings + p->offset) == '\0')
-        KITH_FAIL(BAD_INPUT, "%s: %s is missing: %s:%s=...", e->ops->name, p->key, e->ops->name, p->key);
-  return KITH_OK;
-}
-
 /* Sets the excluders up with all nodes, so that what is wrong with them shows now, before the first step. */
 static kith_status make_excluders(struct kith_simulation *m) {
   const struct kith_selection all = {.nodes = m->nodes};
   struct kith_excluder self = {.ops = &kith_excluder_self};
   kith_status status = kith_excluders_create(&m->excluders, m->scene->connectivity.exclude);
   if (m->excluders.n > 0) self.next = m->excluders.excluder;
-  if (status == KITH_OK) status = check_names(&m->excluders);
   if (status == KITH_OK) status = kith_excluder_setup(&self, &all, &all);
   if (status == KITH_OK && m->excluders.n > 0) status = kith_excluder_keeps_pairs(m->excluders.excluder);
   char message[512];

@@ -93,6 +93,20 @@ kith_status kith_list_spec_prepare(const struct kith_list_spec *spec, struct kit
 
 /* --- a list --- */
 
+/* Can lists be kept by this policy? Policies compare supports with search radii (policies/cover.h). */
+static kith_status check_rebuild(const struct kith_list_spec *spec) {
+  const char *judged = spec->sources.nodes->search_radius->spec.name;
+  if (spec->targets.nodes != spec->sources.nodes)
+    KITH_FAIL(BAD_INPUT, "neighbor list: rebuild policy '%s' follows one set of nodes; between two: always",
+              spec->rebuild);
+  if (spec->radius == NULL || strcmp(spec->radius, judged) != 0)
+    KITH_FAIL(BAD_INPUT,
+              "neighbor list: rebuild policy '%s' follows supports within field '%s'; with another "
+              "cutoff: always",
+              spec->rebuild, judged);
+  return KITH_OK;
+}
+
 /* Can the storage keep such rows? Half of a row is enough only if the other half is in other rows. */
 static kith_status check_storage(const struct kith_list_spec *spec, const struct kith_storage_ops *storage) {
   const struct kith_selection *t = &spec->targets, *s = &spec->sources;
@@ -119,10 +133,7 @@ static kith_status create(struct kith_list *list, const struct kith_list_spec *s
   KITH_TRY(kith_stored_create(&list->stored, spec->storage));
   KITH_TRY(check_storage(spec, list->stored.ops));
   KITH_TRY(kith_rebuilds_create(&list->rebuilds, spec->rebuild, spec->period));
-  if (kith_rebuilds_lasting(&list->rebuilds) && spec->targets.nodes != spec->sources.nodes)
-    KITH_FAIL(BAD_INPUT, "neighbor list: rebuild policy '%s' follows one set of nodes; between two: always",
-              spec->rebuild);
-  return KITH_OK;
+  return kith_rebuilds_lasting(&list->rebuilds) ? check_rebuild(spec) : KITH_OK;
 }
 
 kith_status kith_list_create(struct kith_list **out, const struct kith_list_spec *spec) {
@@ -271,7 +282,7 @@ static kith_status visit_targets(const struct kith_list *l, kith_list_visit visi
     for (kith_index t = 0; t < l->n_targets; ++t) {
       struct kith_neighbors neighbors = {.target = t, .node = l->target[t]};
       if (failed) continue;
-      neighbors.source = kith_stored_row(&l->stored, t, space, &neighbors.n);
+      neighbors.source = l->stored.ops->row(&l->stored, t, space, &neighbors.n);
       if (l->stored.rows.shift != NULL) neighbors.shift = l->stored.rows.shift + l->stored.rows.first[t];
       visit(context, &neighbors, &mine);
     }

@@ -7,7 +7,7 @@
 /* Calls the pass for each run of nodes of the chunk that take part. */
 static void run_chunk(const struct kith_part *part, kith_index begin, kith_index end, kith_chunk_pass pass,
                       void *context, struct kith_scratch *scratch) {
-  if (part->activity != NULL && kith_all_idle(part->activity, begin, end)) return;
+  if (part->activity != NULL && kith_all_zero(part->activity, begin, end)) return;
   if (part->activity == NULL || part->whole) {
     pass(context, begin, end, scratch);
     return;

@@ -20,7 +20,7 @@ kith_status kith_keyed_grow(struct kith_keyed *item[2], size_t *capacity, size_t
 kith_status kith_keyed_sort(struct kith_keyed *item, struct kith_keyed *scratch, size_t n);
 
 /* item[n] is sorted by key and then by node, but m items in it have been marked by node -1. Replaces these by
- * the items in[m], so that all are in order again. `in` is sorted, too. O(n + m log m). */
+ * the items in[m], so that all are in order again. `in` gets sorted. O(n + m log m). */
 void kith_keyed_replace(struct kith_keyed *item, kith_index n, struct kith_keyed *in, kith_index m);
 
 #endif

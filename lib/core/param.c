@@ -281,6 +281,8 @@ kith_status kith_params_check(const struct kith_param *params, const char *who, 
     if (is_real(p)) KITH_TRY(check_numbers(p, who, value));
     if (p->kind == KITH_PARAM_INTEGER && p->size == sizeof(int) && !in_range(p->allowed, *(const int *)value))
       KITH_FAIL(BAD_INPUT, "%s: %s is %d, must be in %s", who, p->key, *(const int *)value, p->allowed);
+    if (p->kind == KITH_PARAM_NAME && p->fallback == NULL && *(const char *)value == '\0')
+      KITH_FAIL(BAD_INPUT, "%s: %s is missing: %s:%s=...", who, p->key, who, p->key);
   }
   return KITH_OK;
 }

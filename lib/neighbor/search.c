@@ -164,7 +164,7 @@ int kith_search_next_awake(const struct kith_search *search, int group, int end)
     next = KITH_MIN(group + GROUPS, end);
     const kith_index end_slot = search->group[next - 1].first + search->group[next - 1].count;
     if (end_slot > search->n_internal ||
-        !kith_all_idle(search->nodes->activity->u8, search->group[group].first, end_slot))
+        !kith_all_zero(search->nodes->activity->u8, search->group[group].first, end_slot))
       break;
   }
   return group;

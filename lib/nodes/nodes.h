@@ -203,15 +203,11 @@ static inline bool kith_node_is_frozen(const struct kith_nodes *nodes, kith_inde
   return nodes->flag != NULL && nodes->flag->u8[i] == KITH_FROZEN;
 }
 
-/* Are nodes begin .. end - 1 all idle? */
-static inline bool kith_all_idle(const uint8_t *activity, kith_index begin, kith_index end) {
-  return kith_all_zero(activity, begin, end);
-}
 /* The end of the stretch of nodes (KITH_STRETCH) that begins at `begin`, at most `end`; `begin` if all nodes
  * in it are idle. */
 static inline kith_index kith_stretch_end(const struct kith_nodes *nodes, kith_index begin, kith_index end) {
   const kith_index stop = KITH_MIN(begin + KITH_STRETCH, end);
-  return nodes->activity != NULL && kith_all_idle(nodes->activity->u8, begin, stop) ? begin : stop;
+  return nodes->activity != NULL && kith_all_zero(nodes->activity->u8, begin, stop) ? begin : stop;
 }
 
 /* Is the field in checkpoints? Where nodes have an activity, fields of work are, because idle nodes keep

@@ -9,8 +9,8 @@
 
 #include "lib/neighbor/search.h"
 
-/* A few hundred nodes side by side, ascending in node index. Slots beyond n, up to 64 * words, hold NaN,
- * which no test accepts. */
+/* A few hundred nodes side by side, ascending in node index (those of each image shift by themselves) unless
+ * rows are unsorted. Slots beyond n, up to 64 * words, hold NaN, which no test accepts. */
 struct kith_packed {
   int n, words, capacity; /* words = ceil(n / 64) */
   kith_index *node;

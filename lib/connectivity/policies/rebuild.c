@@ -95,10 +95,10 @@ static kith_status look(struct kith_rebuilds *rebuilds, const struct kith_nodes 
     due[k] = policy->ops->every_step ||
              (policy->ops->needs_rebuild != NULL && policy->ops->needs_rebuild(policy, nodes));
   }
-  kith_cover_look(&rebuilds->cover, nodes);
+  if (rebuilds->keeps_cover) kith_cover_look(&rebuilds->cover, nodes);
   const struct kith_shared parts[] = {{KITH_SHARE_MAX, rebuilds->n, due},
                                       kith_cover_shared(&rebuilds->cover)};
-  return kith_ranks_agree(nodes->ranks, status, 2, parts);
+  return kith_ranks_agree(nodes->ranks, status, rebuilds->keeps_cover ? 2 : 1, parts);
 }
 
 kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,

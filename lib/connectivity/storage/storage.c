@@ -25,7 +25,7 @@ kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node)
 
 size_t kith_stored_bytes(const struct kith_stored *stored) {
   const struct kith_rows *rows = &stored->rows;
-  const size_t own = stored->ops->bytes != NULL ? stored->ops->bytes(stored) : 0,
+  const size_t own = stored->self != NULL && stored->ops->bytes != NULL ? stored->ops->bytes(stored) : 0,
                entry = sizeof *rows->node + (rows->shift != NULL ? sizeof *rows->shift : 0);
   return own + (rows->n > 0 ? ((size_t)rows->n + 1) * sizeof *rows->first + rows->first[rows->n] * entry : 0);
 }

@@ -20,8 +20,8 @@ struct kith_storage_ops {
   const struct kith_param *params; /* its own parameters (stored->settings), NULL: none */
   size_t settings_size;
   bool ascending; /* needs sorted rows */
-  bool shifts; /* keeps which images the sources are */
-  bool upper;  /* keeps sources beyond the target only: targets and sources are one selection */
+  bool shifts;    /* keeps which images the sources are */
+  bool upper;     /* keeps sources beyond the target only: targets and sources are one selection */
   /* Keeps the rows that were built in stored->rows: there, or in another form in stored->self, and may then
    * clear stored->rows. NULL: they stay as they are. node[t]: the node of target t, borrowed as long as the
    * rows are kept. UNSUPPORTED if the storage cannot hold them. */
@@ -50,10 +50,6 @@ struct kith_stored {
 kith_status kith_stored_create(struct kith_stored *out, const char *words);
 /* Keeps stored->rows, which were just built. node: as above. */
 kith_status kith_stored_keep(struct kith_stored *stored, const kith_index *node);
-static inline const kith_index *kith_stored_row(const struct kith_stored *stored, kith_index t,
-                                                kith_index *space, size_t *n) {
-  return stored->ops->row(stored, t, space, n);
-}
 /* Memory that the rows need; what is reserved for the next ones is not counted. */
 size_t kith_stored_bytes(const struct kith_stored *stored);
 void kith_stored_clear(struct kith_stored *stored);

@@ -73,8 +73,9 @@ static void parsing(void) {
 static void always_and_never(void) {
   struct kith_nodes *nodes = two_lists();
   struct kith_rebuilds r;
-  for (int always = 0; always < 2; ++always) {
-    CHECK_OK(kith_rebuilds_create(&r, always ? "always" : "never", unit));
+  static const char *const words[] = {"never", "always", "displacement|always"};
+  for (int always = 0; always < 3; ++always) {
+    CHECK_OK(kith_rebuilds_create(&r, words[always], unit));
     CHECK(reason_is(&r, nodes, KITH_BECAUSE_first_build));
     CHECK_OK(kith_rebuilds_snapshot(&r, nodes));
     CHECK(reason_is(&r, nodes, always ? KITH_BECAUSE_always : KITH_BECAUSE_none));

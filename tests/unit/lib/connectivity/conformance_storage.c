@@ -37,7 +37,7 @@ static void returns_rows(struct kith_stored *stored, const struct kith_rows *row
   CHECK(stored->n == rows->n && stored->entries == rows->first[rows->n]);
   for (kith_index t = 0; t < rows->n; ++t) {
     size_t n, k = 0;
-    const kith_index *row = kith_stored_row(stored, t, space, &n);
+    const kith_index *row = stored->ops->row(stored, t, space, &n);
     bool same = true;
     for (size_t e = rows->first[t]; e < rows->first[t + 1]; ++e)
       if (!stored->ops->upper || rows->node[e] >= node[t]) {

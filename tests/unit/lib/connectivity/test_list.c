@@ -45,7 +45,7 @@ static size_t check_rows(const struct kith_list *l) {
   kith_index *space = calloc(l->stored.longest + 1, sizeof *space);
   size_t entries = 0, n;
   for (kith_index t = 0; t < l->n_targets; ++t) {
-    const kith_index i = l->target[t], *row = kith_stored_row(&l->stored, t, space, &n);
+    const kith_index i = l->target[t], *row = l->stored.ops->row(&l->stored, t, space, &n);
     size_t e = 0;
     for (kith_index j = 0; j < kith_nodes_count(sources); ++j) {
       const struct kith_candidate candidate = {&spec->targets, &spec->sources, i, j, 0};
@@ -233,6 +233,8 @@ static void check_refusals(void) {
   REFUSES("rebuild policy: 'daily' is not one of always", spec.rebuild = "daily");
   REFUSES("follows one set of nodes", spec.rebuild = "displacement",
           spec.sources = ((struct kith_selection){.nodes = other, .search = elsewhere}));
+  REFUSES("follows supports within field 'search_radius'", spec.rebuild = "displacement",
+          spec.cutoff = KITH_CUTOFF_number, spec.radius = NULL, spec.number = 1);
   /* Errors that are found when the list is built. */
   static const struct {
     kith_status status;
