@@ -1,5 +1,5 @@
-/* boundary.h - boundary conditions by ghosts. One family: reflecting, piston, periodic, constant,
- * inflow, outflow, distributed.
+/* boundary.h - boundary conditions by ghosts, one family. Members whose ghosts are images mirror or shift
+ * positions and vectors along one axis.
  *
  * A boundary acts on one axis (both of its sides, or one), or on a set of nodes (constant). In the order of
  * the list each creates its ghosts from nodes and from earlier ghosts, so edges and corners are filled
@@ -33,7 +33,7 @@ struct kith_boundary;
 
 struct kith_boundary_ops {
   const char *name, *doc;
-  const struct kith_param *params; /* its own parameters, NULL: none */
+  const struct kith_param *params; /* its own parameters, NULL: none; without settings they are 0 */
   size_t settings_size;
   /* Measures the internal nodes before ghosts are made: fills boundary->range for this rank, and
    * boundary->most, of which the maxima over all ranks are taken. NULL: nothing to measure. */
@@ -53,6 +53,8 @@ struct kith_boundary_ops {
    * x -> sign * x + shift (false: no such image); put_back returns internal node i from outside. */
   bool (*image_of)(const struct kith_boundary *boundary, int n, double *sign, double *shift);
   void (*put_back)(const struct kith_boundary *boundary, struct kith_nodes *nodes, kith_index i);
+  /* Are its images shifts (lib/nodes/shifts.h) instead of ghosts? NULL: no. */
+  bool (*shifts)(const void *settings);
   /* Returns the velocity of its face along the axis, which is constant. NULL: its faces are fixed. */
   double (*face_velocity)(const void *settings);
   /* Properties, so that callers need not test names. */

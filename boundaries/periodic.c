@@ -14,9 +14,12 @@ static const struct kith_param periodic_params[] = {
      KITH_INTO(struct periodic, shifts), .restart_may_change = true},
     {0}};
 
+static bool shifts(const void *settings) {
+  return settings != NULL && ((const struct periodic *)settings)->shifts;
+}
+
 static bool are_shifts(const struct kith_boundary *boundary, const struct kith_nodes *nodes) {
-  const struct periodic *settings = boundary->settings;
-  return nodes->shifts.wanted && settings != NULL && settings->shifts;
+  return nodes->shifts.wanted && shifts(boundary->settings);
 }
 
 static void measure(struct kith_boundary *boundary, const struct kith_nodes *nodes, double radius_factor) {
@@ -58,6 +61,7 @@ const struct kith_boundary_ops kith_boundary_periodic = {
     .enforce = kith_images_enforce,
     .image_of = image_of,
     .put_back = put_back,
+    .shifts = shifts,
     .has_faces = true,
     .wraps = true,
 };

@@ -19,10 +19,12 @@ struct kith_eos_ops {
    * file. */
   kith_status (*load)(void **settings, const char *folder);
   /* Computes pressure[i], sound_speed[i] from density[i], energy[i] for n nodes. c = 0 where c^2 would be
-   * negative. All values are finite, also outside of the range. */
+   * negative. At every density and energy, also outside of the range, all values are finite, and the pressure
+   * grows with the energy unless barotropic. */
   void (*state)(const void *settings, kith_index n, const double *density, const double *energy,
                 double *pressure, double *sound_speed);
-  /* Returns the specific energy that gives this pressure at this density. NULL if barotropic. */
+  /* Returns the specific energy that gives this pressure at this density, whatever it is. NULL if
+   * barotropic. */
   double (*energy)(const void *settings, double density, double pressure);
   struct kith_power_law (*power_law)(const void *settings); /* NULL: no such law */
   /* Returns what is wrong with a state that it does not cover, or NULL. Without this function it covers

@@ -58,7 +58,7 @@ double kith_kernel_neighbors(enum kith_kernel k, double spacings);
 /* Returns the number of neighbors beyond which nodes pair up, INFINITY if they never do. The figures are for
  * 3-D; in 1-D and 2-D the same number of nodes along 2 sigma is taken. */
 double kith_kernel_most_neighbors(enum kith_kernel k);
-/* Returns a kernel with which nodes never pair up: the smoothest whose default is no more than these
+/* Returns a kernel with which nodes never pair up: the last of the list whose default is no more than these
  * neighbors, else the first. */
 enum kith_kernel kith_kernel_unpaired(double neighbors);
 

@@ -80,7 +80,7 @@ struct kith_kick {
 
 /* What a package can and cannot do with its settings, for checks of a scene. */
 struct kith_package_traits {
-  bool recomputes;        /* one pass before the forces: a ghost with a row can compute its own values */
+  bool recomputes;        /* it computes values of ghosts with rows itself, by one pass before the forces */
   bool swings;            /* light nodes beside heavy ones swing faster than sound tells (sph.c) */
   bool elastic;           /* a lattice resists shear: sums over few neighbors depend on where they are */
   bool viscous;           /* an added package that resists shear */
@@ -102,10 +102,11 @@ struct kith_package_ops {
   void (*destroy)(struct kith_package *package);
   /* Returns what it requires of the connectivity. NULL: rows, and rows of ghosts if these are recomputed. */
   struct kith_requirements (*requirements)(const struct kith_package *package);
-  /* Computes rates from the state; an added package adds them to those of the packages before. NULL: it has
-   * none. OUTGROWN: a support has to grow beyond the search radius of its node; such supports are set to what
-   * to try next, and the caller rebuilds the connectivity and calls again. DIVERGED: a support does not
-   * converge; it is NaN. */
+  /* Computes rates from the state; an added package adds them to those of the packages before. Where nodes
+   * have an activity, it leaves the fields of those that are not active alone. NULL: it has none. OUTGROWN:
+   * a support has to grow beyond the search radius of its node; such supports are set to what to try next,
+   * and the caller rebuilds the connectivity and calls again. DIVERGED: a support does not converge; it is
+   * NaN. */
   kith_status (*evaluate)(struct kith_package *package, struct kith_connectivity *connectivity,
                           const struct kith_kick *kick);
   size_t (*bytes)(const struct kith_package *package);        /* owned by the private state; NULL: 0 */

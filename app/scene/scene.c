@@ -77,7 +77,7 @@ static const struct kith_param partition_params[] = {
      IN(partition.cells), FREE},
     {"ghosts", KITH_PARAM_CHOICE, "exchange", "exchange|recompute",
      "how ghosts get values between passes: sent by their owners, or computed again from two "
-     "layers of ghosts (sph; not if reproducible)",
+     "layers of ghosts (not in all packages, nor if reproducible)",
      IN(partition.recompute)},
     {0}};
 
@@ -278,10 +278,9 @@ static kith_status check_storage(const struct kith_scene *scene) {
                             "contacts need all",
                             storage->name);
   for (int a = 0; a < NDIM && !storage->shifts; ++a) {
-    const struct kith_config_node *images = kith_config_child(kith_scene_boundary_node(scene, a), "images");
-    if (images != NULL && images->text != NULL && strcmp(images->text, "shifts") == 0)
-      return kith_config_fail(given, NULL,
-                              "%s holds no images that are shifts (boundaries.%c.images): take csr",
+    const struct kith_boundary_ops *ops = scene->boundary[a].side[0];
+    if (ops != NULL && ops->shifts != NULL && ops->shifts(scene->boundary[a].settings[0]))
+      return kith_config_fail(given, NULL, "%s holds no images that are shifts (boundaries.%c): take csr",
                               storage->name, "xyz"[a]);
   }
   return KITH_OK;

@@ -183,10 +183,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
       "spheres");
   REFUSE_IF(package.no_between != NULL && s->n_added > 0, no_between,
             "conduction and viscosity would differ along the axes of ellipsoids; take spheres");
-  REFUSE_IF(
-      recompute && !package.recomputes, "partition.ghosts",
-      "package %s has two passes before its forces, which would need three layers of ghosts; take exchange",
-      name);
+  REFUSE_IF(recompute && !package.recomputes, "partition.ghosts",
+            "package %s, with these settings, does not compute values of ghosts; take exchange", name);
   REFUSE_IF(recompute && package.history != NULL, "partition.ghosts",
             "only the owner of a node keeps the history of %s; take exchange", package.history);
   REFUSE_IF(recompute && s->reproducible, "partition.ghosts",

@@ -108,7 +108,8 @@ struct kith_search_ops {
   size_t settings_size;
   size_t state_size;                         /* bytes of private state at search->self, initially zero */
   void (*clear)(struct kith_search *search); /* frees what the private state owns; NULL: nothing */
-  /* Builds from nodes 0 .. search->n - 1; fills slot arrays and groups. */
+  /* Builds from nodes 0 .. search->n - 1; fills slot arrays, which have room for them, and groups, of which
+   * there are none yet. in_order is false. */
   kith_status (*update)(struct kith_search *search);
   /* Adds to `runs`, which is empty, the runs that may interact with a box of targets of largest radius
    * `radius`. Thread-safe. Box tests are loose by KITH_SEARCH_SLACK, so that rounding loses no candidate. */

@@ -126,7 +126,7 @@ static const struct wrong forces[] = {
     {5,
      "boundaries: {x: {kind: periodic, images: shifts}}\nprobes: [{name: a, at: [0, 0, 0]}]\n"
      "connectivity: {storage: \"padded:width=9\"}",
-     "f:7: connectivity.storage: padded holds no images that are shifts (boundaries.x.images): take csr"},
+     "f:7: connectivity.storage: padded holds no images that are shifts (boundaries.x): take csr"},
     {5, "boundaries: {x: [" PISTON ", reflecting]}",
      "f:5: boundaries.x: a piston with reflecting on the other side: that must be open, or what the piston "
      "does could not be told from it; a region with barrier: true at its end closes a tube"},
