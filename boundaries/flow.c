@@ -45,15 +45,11 @@ static kith_status add_list(const struct kith_boundary *boundary, struct kith_no
                             struct kith_ghost_block block) {
   const struct kith_node_list *list = &nodes->lists[block.list];
   const uint8_t *flag = nodes->flag->u8, wanted = kith_flow_flag(boundary);
-  const kith_index first = kith_nodes_count(nodes);
   for (kith_index i = list->first; i < list->first + list->count; ++i) block.count += flag[i] == wanted;
   KITH_TRY(kith_resize(&block.control, 0, (size_t)block.count, sizeof *block.control));
   for (kith_index i = list->first, k = 0; i < list->first + list->count; ++i)
     if (flag[i] == wanted) block.control[k++] = i;
-  KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
-  for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
-    nodes->image->i64[first + k] += (boundary->at_upper ? 1 : -1) * kith_image_code(boundary->axis);
-  return KITH_OK;
+  return kith_images_add(nodes, &block, boundary->axis, boundary->at_upper ? 1 : -1);
 }
 
 static kith_status continue_zone(struct kith_boundary *boundary, struct kith_nodes *nodes,

@@ -129,6 +129,15 @@ static kith_index hits_of_list(const struct hits *hits, const uint8_t *list_of, 
   return n;
 }
 
+kith_status kith_images_add(struct kith_nodes *nodes, const struct kith_ghost_block *block, int axis, int n) {
+  const int64_t one = axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;
+  const kith_index first = kith_nodes_count(nodes);
+  KITH_TRY(kith_nodes_add_ghosts(nodes, block));
+  for (kith_index k = 0; nodes->image != NULL && k < block->count; ++k)
+    nodes->image->i64[first + k] += n * one;
+  return KITH_OK;
+}
+
 /* Appends the ghosts by image n, a block for each list. */
 static kith_status add_image(const struct line *line, struct kith_nodes *nodes, int n,
                              const struct hits *hits) {
@@ -144,13 +153,10 @@ static kith_status add_image(const struct line *line, struct kith_nodes *nodes, 
   for (int list = 0; list < nodes->n_lists; ++list) {
     block.list = list;
     block.control = NULL;
-    const kith_index first = kith_nodes_count(nodes);
     block.count = hits_of_list(hits, nodes->list->u8, list, NULL);
     KITH_TRY(kith_resize(&block.control, 0, (size_t)block.count, sizeof *block.control));
     hits_of_list(hits, nodes->list->u8, list, block.control);
-    KITH_TRY(kith_nodes_add_ghosts(nodes, &block));
-    for (kith_index k = 0; nodes->image != NULL && k < block.count; ++k)
-      nodes->image->i64[first + k] += n * kith_image_code(axis);
+    KITH_TRY(kith_images_add(nodes, &block, axis, n));
   }
   return KITH_OK;
 }

@@ -30,10 +30,8 @@ void kith_images_measure_shifts(struct kith_boundary *boundary, const struct kit
 kith_status kith_images_shifts(struct kith_boundary *boundary, struct kith_nodes *nodes,
                                double radius_factor);
 kith_status kith_images_enforce(struct kith_boundary *boundary, struct kith_nodes *nodes);
-/* What one image along the axis adds to the image number of a node (nodes.h). */
-static inline int64_t kith_image_code(int axis) {
-  return axis == 0 ? 1 : axis == 1 ? 1 << 16 : INT64_C(1) << 32;
-}
+/* Adds a block of ghosts that are image n along the axis, and counts n in their image numbers (nodes.h). */
+kith_status kith_images_add(struct kith_nodes *nodes, const struct kith_ghost_block *block, int axis, int n);
 
 #define KITH_IMAGES                                                                             \
   .measure = kith_images_measure, .ghosts = kith_images_ghosts, .enforce = kith_images_enforce, \

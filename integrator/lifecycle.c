@@ -465,6 +465,6 @@ kith_status kith_lifecycle_remake(struct kith_integrator *it, struct kith_field 
   kith_field_copy(nodes, nodes->position, position);
   kith_field_copy(nodes, nodes->support, support);
   nodes->positions += 1;
-  if (status == KITH_OK) kith_cover_look(&it->rebuilds->cover, nodes); /* drift is measured from here on */
+  if (status == KITH_OK) kith_cover_measure(&it->rebuilds->cover, nodes); /* drift is measured from here on */
   return status;
 }

@@ -17,6 +17,7 @@ enum {
   KITH_COUNT_OUTGROWN,
   KITH_COUNTS
 };
+_Static_assert(KITH_COUNTS == sizeof((struct kith_scratch){0}.count) / sizeof(uint64_t), "a counter each");
 
 struct kith_node_sweep {
   const char *stage;            /* of the profile */

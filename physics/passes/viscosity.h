@@ -13,18 +13,7 @@
  *   - 1 / (1 + 5 ((c_i - c_j) / (c_i + c_j))^2), which is ours. In a shock the sound speed jumps, so a pair
  *     has nearly the viscosity without a limiter, and there is no noise behind the shock; smooth flow and
  *     vortices keep the limiter.
- * The 5 of the last factor was chosen by these errors. For each of the values 0, 5, 10, and without a
- * limiter, the table gives L1 of the density, L1 of the velocity, and the kinetic energy (exact: .206 in 2-D,
- * .280 in 3-D):
- *     sph  Sedov 2-D 100^2, gamma 1.4   .157 .120 .221   .128 .095 .216   .130 .092 .214   .140 .097 .212
- *          Sedov 3-D 30^3               .261 .423 .314   .198 .347 .313   .194 .344 .307
- *          Noh 2-D                      .998 .026        .942 .013        .953 .013
- *     crk  Sedov 2-D, as above          .147 .117 .216   .121 .097 .214   .118 .098 .213
- *          Noh 2-D, density alone       .707             .752             .791
- * The second factor was compared, without the last one, with two others. L1 of the density with this factor,
- * with the spacing of the wider end as in Spheral, and with the exponential:
- *     sph: Sedov 72^2 .128 .139 .121, 26^3 .258 .254 .267, Noh 50^2 1.04 .91 .90, blasts .0222 .0214 .0223
- *     crk: Sedov 72^2 .122 .119 .124, 26^3 .233 .236 .237, Saltzman .178 .201 .172
+ * Figures for these choices, and for that of w below: page on methods, Viscosity.
  *
  * The signal speed of a pair is max(1, (1 + 0.6 alpha) / 1.6) c_mean - beta mu; it grows with alpha beyond 1
  * as in Monaghan (1992, ARA&A 30, 543).
@@ -36,17 +25,7 @@
  * Balsara's factor multiplies both (settings `balsara` and `squared`). Limiters leave a part of any flow
  * that changes over a few supports, and the quadratic term of it damps shear. So (ours, setting `slow`) only
  * w is left of the part of mu that is much slower than sound. In shear s is a few percent; in noise and
- * shocks it exceeds 1/20. With w = 1, and with this w:
- *                                                          sph           crk          magma2        remix
- *     Kelvin-Helmholtz, 64^2, amplitude (.148 is right) .091  .098    .119  .131    .114  .127    .115  .129
- *     growth of a shear layer (exact .873)              .856  .871    .830  .846    .826  .842    .820  .836
- *     the same, `cullen-dehnen`                         .463  .684
- *     Gresho, 50^2, L1 of the speed                     .060  .061    .039  .039    .042  .043    .039  .041
- *     Gresho, `kith validate gates`                    .0326 .0323   .0204 .0205   .0328 .0332   .0300 .0319
- * With 16, 20 and 24 in w Kelvin-Helmholtz differs by 1 %, and the loss of angular momentum of Gresho's
- * vortex with sph is .0072, .0065, .0066. A limit of 0.1 c, and s w in the linear term, with 16, give
- * Kelvin-Helmholtz .101, .133, .131, .132, but errors of Gresho's vortex with 100^2 nodes and of a sheared
- * shock of Noh are up to a tenth larger.
+ * shocks it exceeds 1/20.
  * The functions have no loops over pairs: they vectorize in the loops of their callers. */
 #ifndef KITH_PHYSICS_PASSES_VISCOSITY_H
 #define KITH_PHYSICS_PASSES_VISCOSITY_H
@@ -194,9 +173,7 @@ KITH_INLINE double kith_balsara(double divergence, double curl, double e) {
   return sum > 0 ? (fabs(divergence) + e) / sum : 1;
 }
 /* Sets the factors of the active nodes among begin .. end - 1, if there are any, to Balsara's with
- * e = 1e-3 c / h, h = 2 sigma, or its square; to 1 without. With e = 1e-2 c / h noise is a third less, but
- * Gresho's vortex loses 14 % with sph and Kelvin-Helmholtz 6 %; with 5e-4 c / h noise is 9 to 23 % more, and
- * Kelvin-Helmholtz gains 0.4 to 2 %. */
+ * e = 1e-3 c / h, h = 2 sigma, or its square; to 1 without. */
 static inline void kith_balsara_factors(const struct kith_package *package,
                                         const struct kith_viscosity_settings *settings,
                                         const struct kith_viscosity_fields *fields, kith_index begin,

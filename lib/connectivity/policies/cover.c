@@ -6,9 +6,9 @@
 #include "lib/comm/sum.h"
 #include "lib/core/vec.h"
 
-/* Indices of cover->seen. MOVED: max |d_i|. LACKING: max of H_i + |d_i| - R_i. CHANGED: 1 if the number of
- * nodes changed. FAR: 1 if the common drift is beyond half a period. */
-enum { MOVED, LACKING, CHANGED, FAR, SEEN };
+/* Indices of cover->measured. MOVED: max |d_i|. LACKING: max of H_i + |d_i| - R_i. CHANGED: 1 if the number
+ * of nodes changed. FAR: 1 if the common drift is beyond half a period. */
+enum { MOVED, LACKING, CHANGED, FAR, MEASURED };
 
 /* Where node i is, or will be `ahead`. */
 static void position_of(const struct kith_cover *cover, const struct kith_nodes *nodes, kith_index i,
@@ -48,16 +48,16 @@ void kith_mean_vector(const struct kith_nodes *nodes,
   for (int a = 0; a < NDIM; ++a) mean[a] = n > 0 ? kith_sum_value(&total[a]) / (double)n : 0;
 }
 
-struct look {
+struct measured {
   const struct kith_cover *cover;
   const struct kith_nodes *nodes;
 };
 
-/* x - x0 of node i, up to the whole periods that bring it near the reference: one node's at the last look. So
- * the mean of a drift beyond half a period is one drift, and not two of opposite sign. */
+/* x - x0 of node i, up to the whole periods that bring it near the reference: one node's when it was last
+ * measured. So the mean of a drift beyond half a period is one drift, and not two of opposite sign. */
 static void path_of(const void *context, kith_index i, double *d) {
-  const struct kith_cover *cover = ((const struct look *)context)->cover;
-  position_of(cover, ((const struct look *)context)->nodes, i, d);
+  const struct kith_cover *cover = ((const struct measured *)context)->cover;
+  position_of(cover, ((const struct measured *)context)->nodes, i, d);
   for (int a = 0; a < NDIM; ++a) {
     d[a] -= cover->position[(size_t)i * NDIM + (size_t)a];
     if (cover->period[a] > 0)
@@ -69,7 +69,7 @@ static void path_of(const void *context, kith_index i, double *d) {
  * the node with the lowest id. Collective. */
 static void common_drift(struct kith_cover *cover, const struct kith_nodes *nodes, kith_index n,
                          double *drift) {
-  const struct look look = {cover, nodes};
+  const struct measured at = {cover, nodes};
   const int64_t *restrict id = nodes->id->i64;
   struct kith_sum total[NDIM] = {0};
   struct {
@@ -82,8 +82,8 @@ static void common_drift(struct kith_cover *cover, const struct kith_nodes *node
                                         {KITH_SHARE_LEAST, sizeof node / 8, &node}};
   kith_index first = 0;
   for (kith_index i = 1; i < n; ++i) first = id[i] < id[first] ? i : first;
-  if (n > 0) node.id = id[first], path_of(&look, first, node.path);
-  sum_vectors(n, path_of, &look, total);
+  if (n > 0) node.id = id[first], path_of(&at, first, node.path);
+  sum_vectors(n, path_of, &at, total);
   for (int a = 0; a < NDIM; ++a) parts[2 + a] = kith_sum_shared(&total[a]);
   kith_ranks_agree(nodes->ranks, KITH_OK, NDIM + 2, parts);
   memcpy(cover->reference, node.path, sizeof node.path);
@@ -105,7 +105,7 @@ static double moved(const struct kith_cover *cover, const double *x, const doubl
   return same ? 0 : kith_norm(d) + 8 * DBL_EPSILON * largest;
 }
 
-void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
+void kith_cover_measure(struct kith_cover *cover, const struct kith_nodes *nodes) {
   const bool same = cover->n == nodes->n_internal;
   const kith_index n = same ? cover->n : 0;
   double drift[NDIM], farthest = 0, lacking = -INFINITY;
@@ -120,22 +120,22 @@ void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes) {
     farthest = KITH_MAX(farthest, far);
     lacking = KITH_MAX(lacking, isnan(lack) ? INFINITY : lack); /* NaN covers nothing */
   }
-  cover->seen[MOVED] = farthest, cover->seen[LACKING] = lacking;
-  cover->seen[CHANGED] = !same, cover->seen[FAR] = 0;
+  cover->measured[MOVED] = farthest, cover->measured[LACKING] = lacking;
+  cover->measured[CHANGED] = !same, cover->measured[FAR] = 0;
   for (int a = 0; a < NDIM; ++a) /* nodes must be put back into the box: images reach only so far */
-    if (cover->period[a] > 0 && fabs(drift[a]) > 0.5 * cover->period[a]) cover->seen[FAR] = 1;
+    if (cover->period[a] > 0 && fabs(drift[a]) > 0.5 * cover->period[a]) cover->measured[FAR] = 1;
 }
 
 struct kith_shared kith_cover_shared(struct kith_cover *cover) {
-  return (struct kith_shared){KITH_SHARE_MAX, SEEN, cover->seen};
+  return (struct kith_shared){KITH_SHARE_MAX, MEASURED, cover->measured};
 }
 
 bool kith_cover_holds(const struct kith_cover *cover) {
-  return cover->seen[CHANGED] == 0 && cover->seen[MOVED] + cover->seen[LACKING] <= 0;
+  return cover->measured[CHANGED] == 0 && cover->measured[MOVED] + cover->measured[LACKING] <= 0;
 }
 
 bool kith_cover_far(const struct kith_cover *cover) {
-  return cover->seen[FAR] != 0;
+  return cover->measured[FAR] != 0;
 }
 
 /* Ghosts of other ranks are nodes there, or images of nodes there: their ranks tell of mirrors. */

@@ -37,8 +37,8 @@ struct kith_cover {
 
   kith_index n;
   double still[NDIM]; /* 0: a common drift along this axis is no displacement; of this rank, then of all */
-  double reference[NDIM]; /* displacement of one node, at the last look */
-  double seen[4]; /* what the last look has found, as maxima over the nodes, then over all ranks (cover.c) */
+  double reference[NDIM]; /* displacement of one node, when it was last measured */
+  double measured[4];     /* the last time, as maxima over the nodes, then over all ranks (cover.c) */
   double *position, *search_radius; /* [n][NDIM], [n]: one after the other */
   size_t capacity;
 };
@@ -48,8 +48,8 @@ struct kith_cover {
 kith_status kith_cover_snapshot(struct kith_cover *cover, const struct kith_nodes *nodes);
 /* Finds the maxima of equation (1) over the nodes of this rank. Collective, for the mean displacement is that
  * of all nodes. */
-void kith_cover_look(struct kith_cover *cover, const struct kith_nodes *nodes);
-/* What the ranks must agree on after a look, before they ask what follows. */
+void kith_cover_measure(struct kith_cover *cover, const struct kith_nodes *nodes);
+/* What the ranks must agree on after that, before they ask what follows. */
 struct kith_shared kith_cover_shared(struct kith_cover *cover);
 /* Does equation (1) hold? It does not if the number of internal nodes has changed on any rank. */
 bool kith_cover_holds(const struct kith_cover *cover);

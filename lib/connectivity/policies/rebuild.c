@@ -87,15 +87,15 @@ enum kith_rebuild_reason kith_rebuilds_certain(const struct kith_rebuilds *rebui
   return rebuilds->policy[0].ops->every_step ? rebuilds->policy[0].reason : KITH_BECAUSE_none;
 }
 
-/* Looks at the cover, and combines what the policies of all ranks want. */
-static kith_status look(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes, kith_status status,
-                        double due[KITH_REBUILD_POLICIES]) {
+/* Measures the cover, and combines what the policies of all ranks want. */
+static kith_status measure(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes, kith_status status,
+                           double due[KITH_REBUILD_POLICIES]) {
   for (int k = 0; k < rebuilds->n; ++k) {
     const struct kith_rebuild *policy = &rebuilds->policy[k];
     due[k] = policy->ops->every_step ||
              (policy->ops->needs_rebuild != NULL && policy->ops->needs_rebuild(policy, nodes));
   }
-  if (rebuilds->keeps_cover) kith_cover_look(&rebuilds->cover, nodes);
+  if (rebuilds->keeps_cover) kith_cover_measure(&rebuilds->cover, nodes);
   const struct kith_shared parts[] = {{KITH_SHARE_MAX, rebuilds->n, due},
                                       kith_cover_shared(&rebuilds->cover)};
   return kith_ranks_agree(nodes->ranks, status, rebuilds->keeps_cover ? 2 : 1, parts);
@@ -106,7 +106,7 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
   double due[KITH_REBUILD_POLICIES] = {0};
   *reason = kith_rebuilds_certain(rebuilds);
   if (*reason != KITH_BECAUSE_none) return kith_ranks_allreduce_status(nodes->ranks, status);
-  KITH_TRY(look(rebuilds, nodes, status, due));
+  KITH_TRY(measure(rebuilds, nodes, status, due));
   const bool holds = kith_cover_holds(&rebuilds->cover), lasts = holds && !kith_cover_far(&rebuilds->cover);
   for (int k = 0; k < rebuilds->n && *reason == KITH_BECAUSE_none; ++k) {
     const struct kith_rebuild *policy = &rebuilds->policy[k];
@@ -119,7 +119,7 @@ kith_status kith_rebuilds_check(struct kith_rebuilds *rebuilds, const struct kit
 
 kith_status kith_rebuilds_covered(struct kith_rebuilds *rebuilds, const struct kith_nodes *nodes,
                                   kith_status status, bool *covered) {
-  kith_cover_look(&rebuilds->cover, nodes);
+  kith_cover_measure(&rebuilds->cover, nodes);
   const struct kith_shared part = kith_cover_shared(&rebuilds->cover);
   KITH_TRY(kith_ranks_agree(nodes->ranks, status, 1, &part));
   *covered = kith_cover_holds(&rebuilds->cover);
