@@ -13,7 +13,7 @@ struct measure {
   const struct kith_exact_ops *ops;
   const void *solution;
   double time, shock;
-  const double *center; /* NULL: along axis 0 */
+  const struct kith_exact_gas *about; /* NULL: along axis 0 */
   const struct kith_window *window;
   const struct kith_profile_view *nodes;
 };
@@ -26,24 +26,24 @@ static double volume(const struct measure *m, kith_index i) {
   return m->nodes->mass[i] / m->nodes->density[i];
 }
 
-bool kith_window_has(const struct kith_window *w, const struct kith_exact_ops *ops, const double *center,
-                     const double *x) {
-  static const double origin[NDIM];
-  const double r = kith_exact_place(ops, center != NULL ? center : origin, x);
+bool kith_window_has(const struct kith_window *w, const struct kith_exact_ops *ops,
+                     const struct kith_exact_gas *about, const double *x, double time) {
+  static const struct kith_exact_gas origin;
+  const double r = kith_exact_place(ops, about != NULL ? about : &origin, x, time);
   return w->x[0] <= x[0] && x[0] <= w->x[1] && w->r[0] <= r && r <= w->r[1];
 }
 
 static bool inside(const struct measure *m, kith_index i) {
-  return kith_window_has(m->window, m->ops, m->center, place(m, i));
+  return kith_window_has(m->window, m->ops, m->about, place(m, i), m->time);
 }
 
 /* Where node i stands on the line along which the solution varies, and its speed along that, or around. */
 static double coordinate(const struct measure *m, kith_index i) {
-  return kith_exact_place(m->ops, m->center, place(m, i));
+  return kith_exact_place(m->ops, m->about, place(m, i), m->time);
 }
 
 static double speed(const struct measure *m, kith_index i, const double *velocity) {
-  return kith_exact_speed(m->ops, m->center, place(m, i), velocity);
+  return kith_exact_speed(m->ops, m->about, place(m, i), m->time, velocity);
 }
 
 static kith_status finite_nodes(const struct kith_profile_view *nodes) {
@@ -198,7 +198,7 @@ static double spacing_near_shock(const struct measure *m, double distance, doubl
 /* Exact state at an offset from the exact shock: returns its density; *speed: its outward speed. */
 static double density_beside(const struct measure *m, double offset, double *speed) {
   double x[NDIM] = {0};
-  for (int a = 0; m->center != NULL && a < NDIM; ++a) x[a] = m->center[a];
+  for (int a = 0; m->about != NULL && a < NDIM; ++a) x[a] = m->about->center[a]; /* blasts rest */
   x[0] += m->shock + offset;
   struct kith_exact_state s;
   m->ops->state(m->solution, x, m->time, &s);
@@ -230,7 +230,7 @@ static double swept_radius(const struct measure *m, double place) {
   const double radius = m->window->r[1];
   struct kith_sum sum[2] = {{{0}, 0}}; /* mass inside, all */
   double speed;
-  if (m->center == NULL || m->window->r[0] > 0 || !isfinite(radius)) return 0;
+  if (m->about == NULL || m->window->r[0] > 0 || !isfinite(radius)) return 0;
   const double edge = density_beside(m, radius - m->shock, &speed);
   if (fabs(edge / density_beside(m, 1e-6 * m->shock, &speed) - 1) > 1e-9) return 0;
   for (kith_index i = 0; i < m->nodes->n; ++i) {
@@ -260,7 +260,7 @@ static void find_shock(const struct measure *m, struct bins *bins, double width,
 }
 
 static void measure_peaks(const struct measure *m, struct bins *bins, double width, struct kith_norms *out) {
-  if (m->center == NULL) {
+  if (m->about == NULL) {
     for (kith_index i = 0; i < m->nodes->n; ++i)
       if (inside(m, i)) out->density_peak = KITH_MAX(out->density_peak, m->nodes->density[i]);
     kith_ranks_max(m->nodes->ranks, &out->density_peak, 1);
@@ -303,6 +303,7 @@ static struct kith_norms compare(const struct measure *m, struct bins *bins) {
                              .energy = norm[3],
                              .speed = norm[4],
                              .vortex = m->ops->vortex,
+                             .carried = m->about != NULL && kith_norm(m->about->uniform_velocity) > 0,
                              .nodes = count,
                              .shock_exact = m->shock};
   const double *inside = m->ops->radial ? m->window->r : m->window->x;
@@ -322,7 +323,7 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
                                double time, const struct kith_window *window,
                                const struct kith_profile_view *nodes) {
   const double shock = ops->shock == NULL ? 0 : ops->shock(solution, time);
-  const struct measure m = {ops, solution, time, shock, kith_exact_center(ops, solution), window, nodes};
+  const struct measure m = {ops, solution, time, shock, kith_exact_about(ops, solution), window, nodes};
   struct bins bins = {0};
   kith_status status = finite_nodes(nodes);
   if (status == KITH_OK) status = kith_resize(&bins.sum, 0, BINS, sizeof *bins.sum);
@@ -354,7 +355,7 @@ double kith_norms_mismatch(const char **name, const struct kith_exact_ops *ops, 
                            bool blast, const struct kith_window *window,
                            const struct kith_profile_view *nodes) {
   static const char *const names[] = {"density", "speed", "energy"};
-  const struct measure m = {ops, solution, 0, 0, kith_exact_center(ops, solution), window, nodes};
+  const struct measure m = {ops, solution, 0, 0, kith_exact_about(ops, solution), window, nodes};
   struct differences all = {0};
   double most = 0;
 #pragma omp parallel

@@ -20,9 +20,9 @@ struct kith_window {
   double x[2], r[2];
 };
 #define KITH_WINDOW_ALL ((struct kith_window){{-INFINITY, INFINITY}, {0, INFINITY}})
-/* Is x in the window of a solution with this center (kith_exact_center)? */
-bool kith_window_has(const struct kith_window *window, const struct kith_exact_ops *ops, const double *center,
-                     const double *x);
+/* Is x in the window of a solution about this (kith_exact_about)? */
+bool kith_window_has(const struct kith_window *window, const struct kith_exact_ops *ops,
+                     const struct kith_exact_gas *about, const double *x, double time);
 
 struct kith_norm {
   double l1, l2, linf;
@@ -48,6 +48,7 @@ struct kith_norms {
   double density_peak;
   double speed_peak; /* radial solutions: largest |mean speed| over the same bins, else 0 */
   bool vortex;       /* speed is azimuthal */
+  bool carried;      /* the vortex has a uniform velocity */
 };
 
 /* Views of the node arrays of this rank, of length n: position[n*NDIM], velocity[n*NDIM], the rest [n]. */

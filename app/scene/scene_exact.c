@@ -3,7 +3,8 @@
 
 static const struct kith_param window_params[] = {
     {"x", KITH_PARAM_INTERVAL, "", "", "a <= x <= b", KITH_INTO(struct kith_window, x)},
-    {"r", KITH_PARAM_INTERVAL, "", "[0, inf)", "a <= |position - center| <= b",
+    {"r", KITH_PARAM_INTERVAL, "", "[0, inf)",
+     "a <= |position - center| <= b; the center moves with uniform_velocity",
      KITH_INTO(struct kith_window, r)},
     {0}};
 const struct kith_param kith_exact_params[] = {

@@ -1,9 +1,8 @@
 /* The family of exact solutions: creating one from checked settings; places and speeds along its line. */
-#include "validation/exact/exact.h"
+#include "validation/exact/exact_parameters.h"
 
 #include "lib/core/family.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -27,27 +26,36 @@ kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, con
   return KITH_OK;
 }
 
-const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self) {
-  return ops->radial ? ((const struct kith_exact_gas *)self)->center : NULL;
+const struct kith_exact_gas *kith_exact_about(const struct kith_exact_ops *ops, const void *self) {
+  return ops->radial ? self : NULL;
 }
 
-double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x) {
-  if (center == NULL) return x[0];
-  double r2 = 0;
-  for (int a = 0; a < NDIM && !(a == 2 && ops != NULL && ops->vortex); ++a)
-    r2 += (x[a] - center[a]) * (x[a] - center[a]);
-  return sqrt(r2);
+/* Vector to x from the center, or the axis of a vortex. */
+static void offset_of(const struct kith_exact_ops *ops, const struct kith_exact_gas *about, const double *x,
+                      double time, double offset[3]) {
+  kith_exact_offset(about, x, time, offset);
+  if (ops != NULL && ops->vortex) offset[2] = 0;
 }
 
-double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
-                        const double *velocity) {
-  if (center == NULL) return velocity[NDIM > 1 && ops != NULL && ops->transverse];
-  const double r = kith_exact_place(ops, center, x);
-  double s = 0;
+double kith_exact_place(const struct kith_exact_ops *ops, const struct kith_exact_gas *about, const double *x,
+                        double time) {
+  double d[3];
+  if (about == NULL) return x[0];
+  offset_of(ops, about, x, time, d);
+  return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
+
+double kith_exact_speed(const struct kith_exact_ops *ops, const struct kith_exact_gas *about, const double *x,
+                        double time, const double *velocity) {
+  if (about == NULL) return velocity[NDIM > 1 && ops != NULL && ops->transverse];
+  const double r = kith_exact_place(ops, about, x, time);
+  double d[3], v[3] = {0}, s = 0;
   if (r <= 0) return 0;
-  if (NDIM > 1 && ops != NULL && ops->vortex)
-    s = velocity[NDIM > 1] * (x[0] - center[0]) - velocity[0] * (x[NDIM > 1] - center[NDIM > 1]);
+  offset_of(ops, about, x, time, d);
+  for (int a = 0; a < NDIM; ++a) v[a] = velocity[a] - about->uniform_velocity[a];
+  if (ops != NULL && ops->vortex)
+    s = v[1] * d[0] - v[0] * d[1];
   else
-    for (int a = 0; a < NDIM; ++a) s += velocity[a] * (x[a] - center[a]);
+    for (int a = 0; a < NDIM; ++a) s += v[a] * d[a];
   return s / r;
 }

@@ -94,15 +94,18 @@ KITH_FAMILY_FUNCTIONS(kith_exact);
 
 /* Creates a solution, which kith_free frees. BAD_INPUT, with the parameter's name, for wrong settings. */
 kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, const void *settings);
-/* The center[NDIM] of a radial solution, borrowed; NULL for others. */
-const double *kith_exact_center(const struct kith_exact_ops *ops, const void *self);
+/* What a radial solution is about: the center at time 0, carried with the gas through its periods. Borrowed;
+ * NULL for others. */
+const struct kith_exact_gas *kith_exact_about(const struct kith_exact_ops *ops, const void *self);
 
-/* Where x stands: its distance from the center, or the axis of a vortex; center NULL: x[0]. Here and below
- * ops may be NULL. */
-double kith_exact_place(const struct kith_exact_ops *ops, const double *center, const double *x);
+/* Where x stands: its distance from the center, or the axis of a vortex; about NULL: x[0]. Here and below ops
+ * may be NULL. */
+double kith_exact_place(const struct kith_exact_ops *ops, const struct kith_exact_gas *about, const double *x,
+                        double time);
 /* The component of a velocity at x that the member has: outwards, counterclockwise around the axis of a
- * vortex, along axis 1 if it is transverse, or axis 0 if the center is NULL. 0 at the center. */
-double kith_exact_speed(const struct kith_exact_ops *ops, const double *center, const double *x,
-                        const double *velocity);
+ * vortex, both beyond the uniform velocity, along axis 1 if it is transverse, or axis 0 if `about` is NULL.
+ * 0 at the center. */
+double kith_exact_speed(const struct kith_exact_ops *ops, const struct kith_exact_gas *about, const double *x,
+                        double time, const double *velocity);
 
 #endif

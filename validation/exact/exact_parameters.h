@@ -55,7 +55,7 @@ static inline void kith_exact_offset(const struct kith_exact_gas *gas, const dou
   offset[0] = offset[1] = offset[2] = 0;
   for (int a = 0; a < NDIM; ++a) {
     const double d = x[a] - gas->center[a] - gas->uniform_velocity[a] * time;
-    offset[a] = gas->period[a] > 0 ? d - gas->period[a] * round(d / gas->period[a]) : d;
+    offset[a] = gas->period[a] > 0 ? remainder(d, gas->period[a]) : d;
   }
 }
 

@@ -36,16 +36,17 @@ static kith_status check(const void *settings) {
             NDIM);
 }
 
-static void state(const void *self, const double *x, double time, struct kith_exact_state *out) {
+static void state(const void *self, const double *position, double time, struct kith_exact_state *out) {
   const struct kidder *k = self;
   const struct kith_exact_gas *gas = &k->gas;
   const double tau = k->focus_time, T = tau * fabs(tau), t = tau > 0 ? KITH_MIN(time, 0.999 * tau) : time;
+  double x[3];
+  kith_exact_offset(gas, position, time, x);
   const double a2 = 1 - t * t / T, a = sqrt(a2), c2 = gas->gamma * gas->pressure / gas->density;
-  const double s = KITH_MAX(0, 1 + kith_distance2(x, gas->center) / (a2 * NDIM * T * c2)),
-               dense = pow(s, 0.5 * NDIM);
+  const double s = KITH_MAX(0, 1 + kith_dot(x, x) / (a2 * NDIM * T * c2)), dense = pow(s, 0.5 * NDIM);
   *out = kith_exact_moving(gas, gas->density * dense / kith_pow_dim(a),
                            gas->pressure * dense * s / (kith_pow_dim(a) * a2));
-  for (int d = 0; d < NDIM; ++d) out->velocity[d] -= (x[d] - gas->center[d]) * t / (T * a2);
+  for (int d = 0; d < NDIM; ++d) out->velocity[d] -= x[d] * t / (T * a2);
 }
 
 const struct kith_exact_ops kith_exact_kidder = {

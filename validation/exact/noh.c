@@ -30,7 +30,9 @@ static double noh_shock(const void *self, double time) {
 static void noh_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct noh *noh = self;
   const struct kith_exact_gas *gas = &noh->gas;
-  const double r = sqrt(kith_distance2(x, gas->center));
+  double d[3];
+  kith_exact_offset(gas, x, time, d);
+  const double r = kith_norm(d);
   if (r < noh_shock(self, time)) {
     *out = (struct kith_exact_state){.energy = noh->speed * noh->speed / 2};
     out->density = gas->density * kith_pow_dim((gas->gamma + 1) / (gas->gamma - 1));
@@ -40,7 +42,7 @@ static void noh_state(const void *self, const double *x, double time, struct kit
   /* r = 0 gets here at time 0 only: no direction, so no velocity. */
   const double crowding = r > 0 ? 1 + noh->speed * time / r : 1;
   *out = kith_exact_moving(gas, gas->density * kith_pow_dim(crowding) / crowding, gas->pressure);
-  for (int a = 0; r > 0 && a < NDIM; ++a) out->velocity[a] = -noh->speed * (x[a] - gas->center[a]) / r;
+  for (int a = 0; r > 0 && a < NDIM; ++a) out->velocity[a] = -noh->speed * d[a] / r;
 }
 
 const struct kith_exact_ops kith_exact_noh = {

@@ -277,7 +277,7 @@ static double sedov_shock(const void *self, double time) {
   return sedov->radius1 * pow(fmax(0, time - sedov->start), 2 / sedov->n);
 }
 
-static void behind(const struct sedov *s, const double *x, double r, double shock, double time,
+static void behind(const struct sedov *s, const double *offset, double r, double shock, double time,
                    struct kith_exact_state *out) {
   const double y = KITH_MAX(log(r / shock), -depth), speed = 2 * shock / (s->n * (time - s->start));
   const double density = s->gas.density * pow(shock, -s->omega);
@@ -286,16 +286,18 @@ static void behind(const struct sedov *s, const double *x, double r, double shoc
   if (!similarity(s, y, &v, &ln_w, &ln_g)) return;
   out->density = density * exp(KITH_MAX(ln_g, thin));
   out->pressure = density * speed * speed * similarity_pressure(s->gas.gamma, y, v, ln_w, ln_g);
-  for (int a = 0; a < NDIM; ++a) out->velocity[a] = speed * v * (x[a] - s->gas.center[a]) / shock;
+  for (int a = 0; a < NDIM; ++a) out->velocity[a] = speed * v * offset[a] / shock;
 }
 
 static void sedov_state(const void *self, const double *x, double time, struct kith_exact_state *out) {
   const struct sedov *sedov = self;
   const struct kith_exact_gas *gas = &sedov->gas;
-  const double r = sqrt(kith_distance2(x, gas->center)), shock = sedov_shock(self, time);
+  double d[3];
+  kith_exact_offset(gas, x, time, d);
+  const double r = kith_norm(d), shock = sedov_shock(self, time);
   const double crowding = sedov->omega > 0 ? pow(KITH_MAX(r, least_r), -sedov->omega) : 1;
   *out = (struct kith_exact_state){.density = gas->density * crowding, .pressure = gas->pressure};
-  if (r < shock) behind(sedov, x, r, shock, time, out);
+  if (r < shock) behind(sedov, d, r, shock, time, out);
   out->energy = kith_exact_energy(gas->gamma, out->density, out->pressure);
 }
 

@@ -4,7 +4,7 @@
 #include "lib/core/vec.h"
 
 double kith_picture_value(const struct kith_picture_axes *axes, enum kith_picture_field field,
-                          const double *x, const struct kith_exact_state *s) {
+                          const double *x, double time, const struct kith_exact_state *s) {
   switch (field) {
     case KITH_PICTURE_DENSITY:
       return s->density;
@@ -14,7 +14,7 @@ double kith_picture_value(const struct kith_picture_axes *axes, enum kith_pictur
       return s->energy;
     case KITH_PICTURE_VELOCITY:
       return axes->speed ? kith_norm(s->velocity)
-                         : kith_exact_speed(axes->exact, axes->center, x, s->velocity);
+                         : kith_exact_speed(axes->exact, axes->about, x, time, s->velocity);
     default: {
       const int axis = (int)field - KITH_PICTURE_VELOCITY_X;
       return axis < NDIM ? s->velocity[axis] : 0;
@@ -30,6 +30,6 @@ const char *kith_picture_label(const struct kith_picture_axes *axes, enum kith_p
   };
   const bool vortex = axes->exact != NULL && axes->exact->vortex;
   if (field != KITH_PICTURE_VELOCITY) return label[field];
-  if (axes->center != NULL) return vortex ? "azimuthal velocity" : "radial velocity";
+  if (axes->about != NULL) return vortex ? "azimuthal velocity" : "radial velocity";
   return axes->speed ? "speed" : label[field];
 }

@@ -22,9 +22,10 @@ struct panel {
 
 struct picture {
   const struct kith_plot *plot;
-  char prefix[48];                  /* of the data files */
-  const double *center;             /* NULL: curves over x */
-  struct kith_picture_axes axes[2]; /* of curves, of maps */
+  char prefix[48];                    /* of the data files */
+  struct kith_exact_gas around;       /* a center that the scene wants */
+  const struct kith_exact_gas *about; /* NULL: curves over x */
+  struct kith_picture_axes axes[2];   /* of curves, of maps */
   double middle[NDIM];
   struct kith_range place;
   bool tube; /* the nodes fill a box that is long in x alone */
@@ -49,7 +50,7 @@ static void join(const struct picture *f, struct kith_range *r) {
 
 static double field_of(const struct picture *f, const struct panel *panel, const double *x,
                        const struct kith_exact_state *s) {
-  return kith_picture_value(&f->axes[panel->map], panel->field, x, s);
+  return kith_picture_value(&f->axes[panel->map], panel->field, x, f->plot->time, s);
 }
 
 static double value_of(const struct picture *f, const struct panel *panel, kith_index i) {
@@ -63,7 +64,8 @@ static double value_of(const struct picture *f, const struct panel *panel, kith_
 }
 
 static double place_of(const struct picture *f, kith_index i) {
-  return kith_exact_place(f->plot->exact, f->center, f->plot->nodes.position + (size_t)i * NDIM);
+  return kith_exact_place(f->plot->exact, f->about, f->plot->nodes.position + (size_t)i * NDIM,
+                          f->plot->time);
 }
 
 /* Picks a node from part k of `stretches` equal parts of n nodes. Its place in the part follows the golden
@@ -87,7 +89,7 @@ static bool varies_across(const struct picture *f) {
   const struct kith_plot *p = f->plot;
   const kith_index n = p->nodes.n, asked = KITH_MIN(n, (kith_index)200);
   bool varies = false;
-  for (kith_index k = 0; k < asked && p->exact != NULL && f->center == NULL; ++k) {
+  for (kith_index k = 0; k < asked && p->exact != NULL && f->about == NULL; ++k) {
     const double *x = p->nodes.position + (size_t)picked(n, asked, k) * NDIM;
     struct kith_exact_state here, beside;
     p->exact->state(p->solution, x, p->time, &here);
@@ -108,7 +110,7 @@ static void choose_panels(struct picture *f) {
   const bool chosen = wanted->kind != KITH_PICTURE_AUTO,
              plane = !chosen && wanted->fields.n == 0 && varies_across(f),
              maps = NDIM > 1 && (chosen ? wanted->kind >= KITH_PICTURE_MAP : exact == NULL && !f->tube),
-             both = NDIM > 1 && !chosen && f->center != NULL && wanted->fields.n == 0;
+             both = NDIM > 1 && !chosen && f->about != NULL && wanted->fields.n == 0;
   for (int k = 0; k < wanted->fields.n; ++k)
     add_panel(f, wanted->fields.panel[k].field, wanted->fields.panel[k].error, maps);
   for (int k = 0; k < 4 && plane; ++k)
@@ -136,18 +138,19 @@ static void choose_places(struct picture *f) {
     wide = KITH_MAX(wide, a > 0 ? box[a].upper - box[a].lower : 0);
   }
   f->tube = box[0].upper - box[0].lower > 5 * wide;
-  if (p->exact != NULL) f->center = kith_exact_center(p->exact, p->solution);
-  if (p->picture->kind == KITH_PICTURE_RADIAL && f->center == NULL) f->center = f->middle;
-  if (p->picture->kind == KITH_PICTURE_PROFILE) f->center = NULL;
+  memcpy(f->around.center, f->middle, sizeof f->middle);
+  if (p->exact != NULL) f->about = kith_exact_about(p->exact, p->solution);
+  if (p->picture->kind == KITH_PICTURE_RADIAL && f->about == NULL) f->about = &f->around;
+  if (p->picture->kind == KITH_PICTURE_PROFILE) f->about = NULL;
   for (int map = 0; map < 2; ++map)
-    f->axes[map] = (struct kith_picture_axes){p->exact, f->center, map == 1 && f->center == NULL};
+    f->axes[map] = (struct kith_picture_axes){p->exact, f->about, map == 1 && f->about == NULL};
   for (kith_index i = 0; i < p->nodes.n; ++i) kith_range_include(&f->place, place_of(f, i));
   join(f, &f->place);
   if (!(f->place.lower < f->place.upper)) { /* no node, or all at one place */
     const double middle = isfinite(f->place.lower) ? f->place.lower : 0;
     f->place = (struct kith_range){middle - 0.5, middle + 0.5};
   }
-  if (f->center != NULL) {
+  if (f->about != NULL) {
     const double shock =
         p->exact != NULL && p->exact->shock != NULL ? p->exact->shock(p->solution, p->time) : 0;
     f->place.lower = 0;
@@ -210,7 +213,7 @@ static void choose_plane(struct picture *f) {
   const struct kith_picture *wanted = f->plot->picture;
   const bool column = f->plot->exact != NULL && f->plot->exact->vortex; /* has no center along z */
   int normal = 2;
-  double at = NDIM < 3 ? NAN : f->center != NULL && !column ? f->center[NDIM - 1] : f->middle[NDIM - 1];
+  double at = NDIM < 3 ? NAN : f->about != NULL && !column ? f->about->center[NDIM - 1] : f->middle[NDIM - 1];
   for (int a = 0; a < NDIM; ++a)
     if (isfinite(wanted->plane[a])) normal = a, at = wanted->plane[a];
   f->plane = kith_map_of(&f->plot->nodes, normal, wanted->kind == KITH_PICTURE_MAP ? NAN : at);
@@ -219,8 +222,8 @@ static void choose_plane(struct picture *f) {
 /* Errors are shown where they count: in the window of the exact solution. */
 static bool is_shown(const struct picture *f, const struct panel *panel, kith_index i) {
   const struct kith_plot *p = f->plot;
-  return !panel->error || kith_window_has(p->window, p->exact, kith_exact_center(p->exact, p->solution),
-                                          p->nodes.position + (size_t)i * NDIM);
+  return !panel->error || kith_window_has(p->window, p->exact, kith_exact_about(p->exact, p->solution),
+                                          p->nodes.position + (size_t)i * NDIM, p->time);
 }
 
 static kith_status collect_pixels(struct picture *f, int k) {
@@ -262,7 +265,7 @@ static kith_status open_data(struct kith_atomic_file **out, const struct picture
   char path[KITH_PATH + 80];
   snprintf(path, sizeof path, "%.*s/%s%s", KITH_PATH, directory, f->prefix, name);
   KITH_TRY(kith_atomic_file_open(out, path));
-  fputs(f->center != NULL ? "# r" : "# x", (*out)->stream);
+  fputs(f->about != NULL ? "# r" : "# x", (*out)->stream);
   for (int j = 0; j < f->n_curves; ++j) {
     const struct panel *panel = &f->panel[f->curve[j]];
     fprintf((*out)->stream, " %s%s", word[panel->field], panel->error ? "-error" : "");
@@ -304,15 +307,16 @@ static kith_status write_means(const struct picture *f, const char *directory) {
  * are farthest away. */
 static kith_status write_curve(struct picture *f, const char *directory) {
   const struct kith_plot *p = f->plot;
-  const double *center = f->center;
-  const bool diagonal = NDIM > 1 && center != NULL;
+  const struct kith_exact_gas *about = f->about;
+  const bool diagonal = NDIM > 1 && about != NULL;
   struct kith_atomic_file *file;
   KITH_TRY(open_data(&file, f, directory, "exact.dat"));
   for (int k = 0; k <= CURVE && p->exact != NULL; ++k) {
     const double place = f->place.lower + (f->place.upper - f->place.lower) * k / CURVE;
     struct kith_exact_state state;
     double x[NDIM] = {0};
-    for (int a = 0; a < NDIM && center != NULL; ++a) x[a] = center[a];
+    for (int a = 0; a < NDIM && about != NULL; ++a)
+      x[a] = about->center[a] + about->uniform_velocity[a] * p->time;
     x[0] += diagonal ? M_SQRT1_2 * place : place;
     if (diagonal) x[NDIM > 1] += M_SQRT1_2 * place;
     p->exact->state(p->solution, x, p->time, &state);
@@ -377,9 +381,9 @@ static void draw_curve(struct kith_figure *g, const struct picture *f, const str
   put_name(label, f, panel);
   kith_text_add(label, sizeof label, " (code units)");
   kith_figure_panel(g, title,
-                    f->center == NULL ? "x (code units)"
-                    : vortex          ? "distance from the axis (code units)"
-                                      : "distance from the center (code units)",
+                    f->about == NULL ? "x (code units)"
+                    : vortex         ? "distance from the axis (code units)"
+                                     : "distance from the center (code units)",
                     label);
   fprintf(g->file->stream,
           "%sset xtics %g\nset ytics autofreq\n"

@@ -52,10 +52,10 @@ static double value_at(const struct picture *f, int k, size_t row, double time) 
   double x[NDIM];
   for (int a = 0; a < NDIM; ++a) s.velocity[a] = f->column[3][3 * row + (size_t)a];
   position_of(f, row, x);
-  const double value = kith_picture_value(&f->axes, field, x, &s);
+  const double value = kith_picture_value(&f->axes, field, x, time, &s);
   if (!f->probe->picture.panel[k].error) return value;
   s = exact_at(f, x, time);
-  return value - kith_picture_value(&f->axes, field, x, &s);
+  return value - kith_picture_value(&f->axes, field, x, time, &s);
 }
 
 /* ---- curves ---- */
@@ -104,7 +104,7 @@ static void put_row(struct picture *f, FILE *out, double place, size_t row, doub
   for (int k = 0; k < fields->n && f->axes.exact != NULL; ++k) {
     const struct kith_exact_state s = exact_at(f, x, time);
     const double value =
-        fields->panel[k].error ? 0 : kith_picture_value(&f->axes, fields->panel[k].field, x, &s);
+        fields->panel[k].error ? 0 : kith_picture_value(&f->axes, fields->panel[k].field, x, time, &s);
     kith_range_include(&f->range[k], value);
     fprintf(out, " %.9g", value);
   }
@@ -267,8 +267,8 @@ static kith_status draw_probe(const struct kith_scene *scene, const struct kith_
   for (int k = 0; k < 3; ++k)
     if (probe->points[k] > 1) f.edge[f.n_edges++] = k;
   if (solution != NULL)
-    f.axes.exact = scene->exact.ops, f.axes.center = kith_exact_center(f.axes.exact, solution);
-  f.axes.speed = f.axes.center == NULL && (solution == NULL || f.n_edges > 1);
+    f.axes.exact = scene->exact.ops, f.axes.about = kith_exact_about(f.axes.exact, solution);
+  f.axes.speed = f.axes.about == NULL && (solution == NULL || f.n_edges > 1);
   snprintf(f.name, sizeof f.name, "probe_%s", probe->name);
   if (snprintf(f.file, sizeof f.file, "%s/probes.h5", directory) >= KITH_PATH)
     KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
