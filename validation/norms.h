@@ -5,7 +5,8 @@
  * with V = mass / density of the node, over the nodes inside the window. For vectors d is the length of the
  * difference; `speed` takes only the component that the solution has (exact.h: along x, outwards, around).
  * A vortex is mostly quoted by the L1 of its speed, "mean |v - v_phi|". Sums are exact: they
- * depend neither on threads nor on ranks.
+ * depend neither on threads nor on ranks. Components of the velocity that the solution does not know do not
+ * count.
  *
  * The energy of a Sedov blast has no L1 norm in 3-D (it diverges at the center): compare its pressure. */
 #ifndef KITH_VALIDATION_NORMS_H
@@ -88,8 +89,9 @@ kith_status kith_norms_measure(struct kith_norms *out, const struct kith_exact_o
  *
  *   sum_i V_i |q_i - q(x_i)| / sum_i V_i (|q_i| + |q(x_i)|)
  *
- * for q the density, the speed and the energy, whose lower sum has the square of the speed, too: cold flows
- * may have any small energy. Without the energy if there is a blast: that of the solution is in a point.
+ * for q the density, the velocity (|.| is its length) and the energy, whose lower sum has the square of the
+ * speed, too: cold flows may have any small energy. Without the energy if there is a blast: that of the
+ * solution is in a point.
  * *name: which q it is; not set if none differs. Collective. */
 double kith_norms_mismatch(const char **name, const struct kith_exact_ops *ops, const void *solution,
                            bool blast, const struct kith_window *window,

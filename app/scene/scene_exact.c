@@ -28,6 +28,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     }
     if (scene->n_deposits > 0) out.deposit_center[a] = scene->deposit[0].center[a];
   }
+  out.forced = kith_external_force_acts(&scene->external_force);
   if (scene->n_deposits > 0)
     out.deposit_energy = scene->deposit[0].energy, out.deposit_time = scene->deposit[0].time;
   for (int r = 0; r < KITH_MIN(scene->n_regions, 2); ++r) {
@@ -36,6 +37,7 @@ static struct kith_exact_scene describe(const struct kith_scene *scene) {
     const struct kith_power_law law =
         m->eos->power_law != NULL ? m->eos->power_law(m->settings) : (struct kith_power_law){NAN, NAN};
     out.region[r].gamma = law.gamma, out.region[r].stiffness = law.stiffness;
+    out.region[r].irregular = region->where.inside != NULL || kith_region_stays(region);
     out.region[r].barotropic = m->eos->barotropic;
     out.region[r].density = kith_expression_constant(region->density);
     out.region[r].pressure =

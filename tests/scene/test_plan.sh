@@ -124,7 +124,7 @@ elastic="regions.0.lattice: with sph a cubic lattice has a shear stiffness of -0
   --set exact.velocity=3 >stdout 2>stderr || wrong "run stopped at another exact solution"
 rm -rf out
 [[ $(<stderr) == \
-  "kith: warning: exact: the scene does not start as noh does: the speed differs by 100 %" ]] ||
+  "kith: warning: exact: the scene does not start as noh does: the velocity differs by 100 %" ]] ||
   wrong "run warned: $(<stderr)"
 
 # The first dt of the plan is that of the run.

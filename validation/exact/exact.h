@@ -28,6 +28,7 @@ struct kith_exact_scene {
     bool open[2], mirror[2], periodic; /* lower and upper side: nothing, or an immovable mirror */
     double velocity;                   /* of a side that moves, whose other side is open; else 0 */
   } axis[NDIM];
+  bool forced; /* by gravity or a point mass */
   int n_regions;
   struct kith_exact_region {
     /* rho c^2 = gamma (P + stiffness): 0 in an ideal gas; NaN if its material has no such law. */
@@ -35,6 +36,7 @@ struct kith_exact_scene {
     bool barotropic; /* its pressure takes nothing from its energy */
     double density, pressure, energy, velocity[NDIM];
     double lower[NDIM], upper[NDIM]; /* its box; infinite where the scene gives none */
+    bool irregular;                  /* parts of the box are left out, or it stays where it is */
   } region[2];                       /* the first two */
   int n_deposits;
   double deposit_energy, deposit_time, deposit_center[NDIM]; /* of the first one */
@@ -63,7 +65,8 @@ struct kith_exact_ops {
   /* Creates *self, one block of memory. NULL: *self is a copy of the settings. */
   kith_status (*create)(void **self, const void *settings);
   /* State at x[NDIM] and time >= 0; time 0 gives the initial state. Cheap (a table look-up or a closed form):
-   * called once per node. All values are finite; a vacuum has density, pressure and energy 0. */
+   * called once per node. All values are finite, but of velocities that it does not know, which are NaN; a
+   * vacuum has density, pressure and energy 0. */
   void (*state)(const void *self, const double *x, double time, struct kith_exact_state *out);
   /* Radius (or position along axis 0) of the leading shock at `time`: the right-going one of a Riemann
    * problem, else the left-going one; 0 if these states make none. NULL if the member never has one. */

@@ -18,15 +18,29 @@
   KITH_EXACT_ROW(period, VECTOR, "[0, 0, 0]", "[0, inf)", \
                  "sides of the periodic box that it is carried through; 0: none")
 
-/* Sets half[2] to the left and the right one of two regions that touch along axis 0, in whatever order the
- * scene has them. False if the scene does not have two such regions. */
+/* Does the region have all of the domain across axis 0, and nothing but other gas acts on it? */
+static inline bool kith_exact_spans(const struct kith_exact_scene *scene,
+                                    const struct kith_exact_region *region) {
+  bool spans = !scene->forced && !region->irregular;
+  for (int a = 1; a < NDIM; ++a) {
+    const double close = 1e-12 * (scene->upper[a] - scene->lower[a]);
+    spans =
+        spans && region->lower[a] <= scene->lower[a] + close && region->upper[a] >= scene->upper[a] - close;
+  }
+  return spans;
+}
+
+/* Sets half[2] to the left and the right one of two regions that touch along axis 0 and fill the domain, in
+ * whatever order the scene has them. False if the scene does not have two such regions. */
 static inline bool kith_exact_halves(const struct kith_exact_scene *scene,
                                      const struct kith_exact_region *half[2]) {
   const struct kith_exact_region *first = &scene->region[0], *second = &scene->region[1];
   const bool swapped = first->lower[0] > second->lower[0] || first->upper[0] > second->upper[0];
   half[0] = swapped ? second : first, half[1] = swapped ? first : second;
-  return scene->n_regions == 2 &&
-         fabs(half[0]->upper[0] - half[1]->lower[0]) <= 1e-12 * (scene->upper[0] - scene->lower[0]);
+  const double close = 1e-12 * (scene->upper[0] - scene->lower[0]);
+  return scene->n_regions == 2 && fabs(half[0]->upper[0] - half[1]->lower[0]) <= close &&
+         half[0]->lower[0] <= scene->lower[0] + close && half[1]->upper[0] >= scene->upper[0] - close &&
+         kith_exact_spans(scene, half[0]) && kith_exact_spans(scene, half[1]);
 }
 
 static inline double kith_exact_ideal_gamma(const struct kith_exact_region *region) {

@@ -17,11 +17,13 @@
 #include "validation/exact/exact_parameters.h"
 
 #include <float.h>
+#include <string.h>
 
 struct settings {
   double gamma[2], stiffness[2], density[2], pressure[2], velocity[2], energy[2], interface_position;
   bool barotropic;         /* both sides */
-  bool only_barotropic[2]; /* or one of them, which follows from a scene alone */
+  bool only_barotropic[2]; /* or one of them, which follows from a scene alone, as does */
+  double across[2][NDIM]; /* the velocity along other axes than x, which stays with the gas; NaN: not known */
 };
 #define IN(member) KITH_INTO(struct settings, member)
 static const struct kith_param params[] = {
@@ -34,7 +36,7 @@ static const struct kith_param params[] = {
     {"energy", KITH_PARAM_SIDES, "0", "", "of barotropic gases, per unit mass at the start: [left, right]",
      IN(energy)},
     {"density", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]; 0: vacuum", IN(density)},
-    {"velocity", KITH_PARAM_SIDES, NULL, "", "[left, right]", IN(velocity)},
+    {"velocity", KITH_PARAM_SIDES, NULL, "", "along x: [left, right]", IN(velocity)},
     {"pressure", KITH_PARAM_SIDES, NULL, "", "[left, right], not below -stiffness; 0 in a vacuum",
      IN(pressure)},
     {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the jump", IN(interface_position)},
@@ -47,12 +49,14 @@ static void derive_side(struct settings *s, int side, const struct kith_exact_re
   s->density[side] = region->density;
   s->pressure[side] = region->pressure;
   s->velocity[side] = region->velocity[0];
+  memcpy(s->across[side], region->velocity, sizeof s->across[side]);
 }
 
 /* Derives a vacuum: there is one region, with nothing between it and an open face. */
 static void derive_vacuum(struct settings *s, const struct kith_exact_scene *scene) {
   const struct kith_exact_region *gas = &scene->region[0];
   const bool full_below = gas->lower[0] <= scene->lower[0], full_above = gas->upper[0] >= scene->upper[0];
+  if (!kith_exact_spans(scene, gas)) return;
   const bool above = full_below && !full_above && scene->axis[0].open[1];
   if (!above && !(full_above && !full_below && scene->axis[0].open[0])) return;
   derive_side(s, above ? 0 : 1, gas);
@@ -67,6 +71,7 @@ static void derive_vacuum(struct settings *s, const struct kith_exact_scene *sce
 static void derive(void *settings, const struct kith_exact_scene *scene) {
   struct settings *s = settings;
   const struct kith_exact_region *half[2];
+  for (int k = 0; k < 2; ++k) memcpy(s->across[k], scene->region[0].velocity, sizeof s->across[k]);
   if (scene->n_regions == 1) derive_vacuum(s, scene);
   if (!kith_exact_halves(scene, half)) return;
   s->interface_position = half[0]->upper[0];
@@ -80,6 +85,7 @@ static void derive(void *settings, const struct kith_exact_scene *scene) {
  * Pressures are P + base, base being the lesser s of both sides; `excess` is the own s beyond base. */
 struct side {
   double gamma, density, velocity, pressure, excess, sound, stiffness, energy;
+  double across[NDIM]; /* as in the settings */
   bool barotropic;
 };
 
@@ -216,6 +222,7 @@ static kith_status riemann_create(void **self, const void *settings) {
     s->velocity = mirror[k] * p->velocity[k];
     s->sound = s->density > 0 ? sqrt(s->gamma * (p->pressure[k] + s->stiffness) / s->density) : 0;
     s->barotropic = is_barotropic(p, k), s->energy = p->energy[k];
+    memcpy(s->across, p->across[k], sizeof s->across);
   }
   const kith_status status = solve(problem);
   if (status != KITH_OK) kith_free(self);
@@ -253,8 +260,9 @@ static void sample(const struct riemann *problem, int k, double speed, struct ki
     density = star->density[k], pressure = star->pressure;
     velocity = density > 0 ? mirror[k] * star->velocity : xi;
   }
-  *out =
-      (struct kith_exact_state){.density = density, .velocity = {mirror[k] * velocity}, .pressure = pressure};
+  *out = (struct kith_exact_state){.density = density, .pressure = pressure};
+  memcpy(out->velocity, s->across, sizeof s->across);
+  out->velocity[0] = mirror[k] * velocity;
   out->energy = energy_of(s, density, pressure, problem->base, xi <= tail && problem->shock[k]);
 }
 
@@ -283,7 +291,9 @@ const struct kith_exact_ops kith_exact_riemann = {
     .doc = "two half spaces of ideal or stiffened gas, isothermal or of Tait, or a vacuum",
     KITH_SETTINGS(params, settings),
     .derive = derive,
-    .derived_from = "two regions of constant state that touch in a plane x = const, or of one beside a void",
+    .derived_from =
+        "two regions of constant state that touch in a plane x = const and fill the domain, without external "
+        "forces, or of one beside a void",
     .check = check,
     .create = riemann_create,
     .state = riemann_state,

@@ -53,7 +53,9 @@ const struct kith_exact_ops kith_exact_slabs = {
     .doc = "two half spaces of different temperature and conductivity in touch",
     KITH_SETTINGS(params, slabs),
     .derive = derive,
-    .derived_from = "two regions of constant state that touch in a plane x = const",
+    .derived_from =
+        "two regions of constant state that touch in a plane x = const and fill the domain, without external "
+        "forces",
     .state = state,
     .not_ideal = true,
 };

@@ -27,6 +27,7 @@ static const struct kith_param params[] = {
 static void derive_acoustic(void *settings, const struct kith_exact_scene *scene) {
   struct wave *w = settings;
   w->gas.gamma = kith_exact_ideal_gamma(&scene->region[0]);
+  for (int a = 1; a < NDIM; ++a) w->gas.uniform_velocity[a] = scene->region[0].velocity[a];
   w->wavelength = scene->upper[0] - scene->lower[0];
 }
 
