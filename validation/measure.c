@@ -57,16 +57,16 @@ static double vortex_viscosity(const struct kith_measured *m) {
 }
 
 /* Amplitude of a mode: 2 |sum w v_y exp(i k x)| / sum V exp(-n k distance), w = V exp(-k distance), distance
- * from the nearer of two layers, at 1/4 and 3/4 of a box of side 1, or from the middle of the domain. */
+ * from the nearer of two layers, at 1/4 and 3/4 of the domain, or from its middle. */
 static double amplitude(const struct kith_measured *m, double k, bool two_layers, int n) {
   const int y = NDIM > 1;
-  const double *lower = m->domain.lower, middle = 0.5 * (m->domain.upper[y] - lower[y]);
+  const double *lower = m->domain.lower, side = m->domain.upper[y] - lower[y];
   struct kith_sum sum[3] = {{{0}, 0}};
   double value[3]; /* sine, cosine, weight */
   for (kith_index i = 0; i < m->nodes->n; ++i) {
     const double *x = m->nodes->position + (size_t)i * NDIM, *v = m->nodes->velocity + (size_t)i * NDIM;
     const double along = k * (x[0] - lower[0]), up = x[y] - lower[y];
-    const double distance = fabs(two_layers ? KITH_MIN(up, 1 - up) - 0.25 : up - middle);
+    const double distance = fabs(two_layers ? KITH_MIN(up, side - up) - 0.25 * side : up - 0.5 * side);
     const double w = volume(m, i) * exp(-k * distance);
     kith_sum_add(&sum[0], w * v[y] * sin(along));
     kith_sum_add(&sum[1], w * v[y] * cos(along));
@@ -77,7 +77,7 @@ static double amplitude(const struct kith_measured *m, double k, bool two_layers
 }
 
 static double mcnally(const struct kith_measured *m) {
-  return amplitude(m, 4 * M_PI, true, 1);
+  return amplitude(m, 2 * longest_wave(m), true, 1);
 }
 
 /* Exact for a mode v_y ~ exp(-k |y|). */
@@ -258,6 +258,9 @@ static double transmitted(const struct kith_measured *m) {
   return heat / area - (m->start != NULL ? m->start[KITH_MEASURE_transmitted] : 0);
 }
 
+/* Densities of gas without a shock differ by less than this part, by noise and round-off. */
+static const double least_jump = 0.05;
+
 static double shock_angle(const struct kith_measured *m) {
   enum { SECTORS = 180 };
   const double length = m->domain.upper[0] - m->domain.lower[0], degree = M_PI / 180;
@@ -275,6 +278,7 @@ static double shock_angle(const struct kith_measured *m) {
   values_of(m, sums, 2 * SECTORS, value);
   for (int k = 0; k < SECTORS; ++k)
     if (size[k] > 0) least = fmin(least, mass[k] / size[k]), most = fmax(most, mass[k] / size[k]);
+  if (!(most > (1 + least_jump) * least)) return NAN;
   for (int k = 0, last = 0; k < SECTORS; ++k) {
     const double now = mass[k] / size[k], middle = 0.5 * (least + most);
     if (!(size[k] > 0)) continue;

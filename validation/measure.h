@@ -7,8 +7,9 @@
  *                      the phases 0 and pi / 2 of sines and cosines, as exp(-nu K^2 t), K^2 = k^2 for shear,
  *                      2 k^2 for the vortices. NaN if the flow has no such mode: other wavelengths do not
  *                      count
- *   mcnally            amplitude of a Kelvin-Helmholtz mode of two waves in a box of side 1, layers at 1/4
- *                      and 3/4 (McNally, Lyra and Passy, Astrophys. J. Suppl. 201 (2012) 18)
+ *   mcnally            amplitude of a Kelvin-Helmholtz mode of two waves along x in the domain, layers at 1/4
+ *                      and 3/4 of it along y (McNally, Lyra and Passy, Astrophys. J. Suppl. 201 (2012) 18,
+ *                      in a box of side 1)
  *   growth             rate of a Rayleigh-Taylor mode of one wave along x, at an interface in the middle of
  *                      the domain along y: its amplitude a grows as a(0) cosh(rate t) while it is small, if
  *                      the interface starts flat. NaN if it shrinks
@@ -27,7 +28,7 @@
  *   shock_angle        of a shock, straight from the lower corner of the domain, to x, in degrees: densities
  *                      are averaged in sectors of half a degree, between 0.3 and 0.8 of the length of the
  *                      domain along x from the corner; it is where they pass the middle of the largest and
- *                      the least, from x on. NaN in 1-D
+ *                      the least, from x on. NaN in 1-D, and if these differ by less than 5 %
  *
  * V = mass / density. Modes along y are NaN in 1-D. A few sweeps over the nodes of this rank; for separation
  * and asymmetry the nodes of all ranks go around, those of one rank at a time. */

@@ -456,9 +456,9 @@ static void print_comment(const struct kith_param *param, const char *owners, bo
   const bool range = allowed[0] == '(' || allowed[0] == '[';
   kith_choices_format(allowed, choices, sizeof choices);
   fprintf(file, "%*s# %s%s", KITH_MAX(1, 36 - written), "",
-          param->fallback != NULL ? ""
-          : derives               ? "required unless it follows from the scene; "
-                                  : "required; ",
+          param->fallback != NULL    ? ""
+          : derives && !param->given ? "required unless it follows from the scene; "
+                                     : "required; ",
           param->doc);
   if (owners[0] != '\0') fprintf(file, " (%s)", owners);
   fprintf(file, "%s%s\n", allowed[0] == '\0' ? "" : range ? "; in " : "; one of ", choices);

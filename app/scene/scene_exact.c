@@ -62,7 +62,9 @@ static kith_status check_complete(const struct kith_exact_ops *ops, const void *
   for (const struct kith_param *p = ops->params; p != NULL && p->key != NULL; ++p) {
     const double *value = (const double *)((const char *)settings + p->offset);
     for (size_t i = 0; i < p->size / sizeof *value; ++i)
-      if (!isfinite(value[i]))
+      if (!isfinite(value[i]) && p->given)
+        return kith_config_fail(node, p->key, "missing; it is required");
+      else if (!isfinite(value[i]))
         return kith_config_fail(node, p->key, "missing; it does not follow from this scene%s%s",
                                 ops->derived_from != NULL ? ", only from one of " : "",
                                 ops->derived_from != NULL ? ops->derived_from : "");

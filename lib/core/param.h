@@ -83,6 +83,7 @@ struct kith_param {
   enum kith_param_form form;
   kith_family *family;     /* MEMBER, NAME: who can be chosen; NULL: none */
   bool derives;            /* MEMBER: what a member requires need not be given if it follows from the scene */
+  bool given;              /* a required row of such a member that never follows: it must be given */
   bool restart_may_change; /* the state does not depend on it; of a map: nor on anything in it */
   const char *needs;       /* "steps=block", "name!=none": the row means nothing unless another row has this
                               * value, or has another value than this */

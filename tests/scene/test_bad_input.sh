@@ -223,6 +223,7 @@ refused "--set arrangement: means nothing without two regions" "$kith" plan tiny
   --set arrangement=equal-mass --set regions.1.spacing=0.01
 refused "exact.density: missing; it does not follow from this scene, only from one of two regions" \
   "$kith" plan "$2/sod.yaml" --set dimension=1 --set regions.0.density=1+x
+refused "exact.energy: missing; it is required" "$kith" plan "$2/slabs.yaml" --set 'exact={name: slabs}'
 refused "--set energy: no node takes it: all are frozen, or of barriers" "$kith" run tiny.yaml \
   --quiet -o out --set 'energy={energy: 1}' --set regions.0.frozen=true --set regions.1.frozen=true
 refused "--set packages: coupling has nothing to couple" \

@@ -1,8 +1,9 @@
 /* The family of exact solutions: creating one from checked settings; places and speeds along its line. */
-#include "validation/exact/exact_parameters.h"
+#include "validation/exact/exact.h"
 
 #include "lib/core/family.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -28,6 +29,14 @@ kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, con
 
 const struct kith_exact_gas *kith_exact_about(const struct kith_exact_ops *ops, const void *self) {
   return ops->radial ? self : NULL;
+}
+
+void kith_exact_offset(const struct kith_exact_gas *about, const double *x, double time, double offset[3]) {
+  offset[0] = offset[1] = offset[2] = 0;
+  for (int a = 0; a < NDIM; ++a) {
+    const double d = x[a] - about->center[a] - about->uniform_velocity[a] * time;
+    offset[a] = about->period[a] > 0 ? remainder(d, about->period[a]) : d;
+  }
 }
 
 /* Vector to x from the center, or the axis of a vortex. */

@@ -101,6 +101,8 @@ kith_status kith_exact_create(void **self, const struct kith_exact_ops *ops, con
  * NULL for others. */
 const struct kith_exact_gas *kith_exact_about(const struct kith_exact_ops *ops, const void *self);
 
+/* Vector to x from the nearest periodic image of the center, which is carried along. */
+void kith_exact_offset(const struct kith_exact_gas *about, const double *x, double time, double offset[3]);
 /* Where x stands: its distance from the center, or the axis of a vortex; about NULL: x[0]. Here and below ops
  * may be NULL. */
 double kith_exact_place(const struct kith_exact_ops *ops, const struct kith_exact_gas *about, const double *x,

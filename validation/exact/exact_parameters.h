@@ -63,16 +63,6 @@ static inline void kith_exact_derive_moving(void *settings, const struct kith_ex
   for (int a = 0; a < NDIM; ++a) gas->uniform_velocity[a] = scene->region[0].velocity[a];
 }
 
-/* Vector to x from the nearest periodic image of the center, which is carried along. */
-static inline void kith_exact_offset(const struct kith_exact_gas *gas, const double *x, double time,
-                                     double offset[3]) {
-  offset[0] = offset[1] = offset[2] = 0;
-  for (int a = 0; a < NDIM; ++a) {
-    const double d = x[a] - gas->center[a] - gas->uniform_velocity[a] * time;
-    offset[a] = gas->period[a] > 0 ? remainder(d, gas->period[a]) : d;
-  }
-}
-
 /* Energy per unit mass of an ideal gas; 0 in a vacuum. */
 static inline double kith_exact_energy(double gamma, double density, double pressure) {
   return density > 0 ? pressure / density / (gamma - 1) : 0;

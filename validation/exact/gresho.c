@@ -12,7 +12,8 @@
 
 static const struct kith_param params[] = {KITH_EXACT_GAMMA,
                                            KITH_EXACT_DENSITY("of the gas"),
-                                           KITH_EXACT_PRESSURE("[0, inf)", "on the axis"),
+                                           {"pressure", KITH_PARAM_NUMBER, NULL, "[0, inf)", "on the axis",
+                                            KITH_INTO(struct kith_exact_gas, pressure), .given = true},
                                            KITH_EXACT_VELOCITY,
                                            KITH_EXACT_CENTER,
                                            KITH_EXACT_PERIOD,

@@ -14,9 +14,9 @@ struct hugoniot {
 #define IN(member) KITH_INTO(struct hugoniot, member)
 static const struct kith_param params[] = {
     {"density", KITH_PARAM_NUMBER, NULL, "(0, inf)", "of the solid", IN(density)},
-    {"sound_speed", KITH_PARAM_NUMBER, NULL, "(0, inf)", "c0 of the solid", IN(sound_speed)},
+    {"sound_speed", KITH_PARAM_NUMBER, NULL, "(0, inf)", "c0 of the solid", IN(sound_speed), .given = true},
     {"slope", KITH_PARAM_NUMBER, NULL, "[1, inf)",
-     "s in shock speed = c0 + s times the speed of the material", IN(slope)},
+     "s in shock speed = c0 + s times the speed of the material", IN(slope), .given = true},
     {"velocity", KITH_PARAM_NUMBER, NULL, "", "U, of the wall", IN(velocity)},
     {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the wall at the start", IN(interface_position)},
     {0}};

@@ -24,7 +24,7 @@ static const struct kith_param params[] = {
     KITH_EXACT_CENTER,
     {"focus_time", KITH_PARAM_NUMBER, NULL, "",
      "tau, the time of collapse, after which the solution stays as just before; negative: it flies apart",
-     KITH_INTO(struct kidder, focus_time)},
+     KITH_INTO(struct kidder, focus_time), .given = true},
     {0}};
 
 static kith_status check(const void *settings) {

@@ -17,7 +17,8 @@ struct noh {
 static const struct kith_param params[] = {
     KITH_EXACT_GAMMA,
     KITH_EXACT_DENSITY("undisturbed"),
-    {"velocity", KITH_PARAM_NUMBER, NULL, "(0, inf)", "speed of the inflow", KITH_INTO(struct noh, speed)},
+    {"velocity", KITH_PARAM_NUMBER, NULL, "(0, inf)", "speed of the inflow", KITH_INTO(struct noh, speed),
+     .given = true},
     KITH_EXACT_PRESSURE("[0, inf)", "ahead of the shock"),
     KITH_EXACT_CENTER,
     {0}};

@@ -15,8 +15,9 @@ struct slabs {
 static const struct kith_param params[] = {
     {"density", KITH_PARAM_SIDES, NULL, "(0, inf)", "[left, right]", IN(density)},
     {"pressure", KITH_PARAM_SIDES, NULL, "[0, inf)", "[left, right]", IN(pressure)},
-    {"energy", KITH_PARAM_SIDES, NULL, "[0, inf)", "at the start, per unit mass: [left, right]", IN(energy)},
-    {"conductivity", KITH_PARAM_SIDES, NULL, "(0, inf)", "[left, right]", IN(conductivity)},
+    {"energy", KITH_PARAM_SIDES, NULL, "[0, inf)", "at the start, per unit mass: [left, right]", IN(energy),
+     .given = true},
+    {"conductivity", KITH_PARAM_SIDES, NULL, "(0, inf)", "[left, right]", IN(conductivity), .given = true},
     {"specific_heat", KITH_PARAM_SIDES, "1", "(0, inf)", "[left, right]", IN(specific_heat)},
     {"interface_position", KITH_PARAM_NUMBER, NULL, "", "x of the contact", IN(interface_position)},
     {0}};

@@ -16,10 +16,11 @@ struct wave {
 #define IN(member) KITH_INTO(struct wave, member)
 static const struct kith_param params[] = {
     KITH_EXACT_GAMMA,
-    KITH_EXACT_DENSITY("mean"),
+    {"density", KITH_PARAM_NUMBER, NULL, "(0, inf)", "mean", IN(gas.density), .given = true},
     KITH_EXACT_PRESSURE("(0, inf)", "undisturbed"),
     KITH_EXACT_VELOCITY,
-    {"amplitude", KITH_PARAM_NUMBER, NULL, "(-1, 1)", "of the density, relative", IN(amplitude)},
+    {"amplitude", KITH_PARAM_NUMBER, NULL, "(-1, 1)", "of the density, relative", IN(amplitude),
+     .given = true},
     {"wavelength", KITH_PARAM_NUMBER, NULL, "(0, inf)", "along x", IN(wavelength)},
     {"origin", KITH_PARAM_NUMBER, "0", "", "x of phase 0 at the start", IN(origin)},
     {0}};

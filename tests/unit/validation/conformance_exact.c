@@ -102,7 +102,11 @@ static void check_derived(const struct kith_exact_ops *ops) {
   double own[EXACT_NUMBERS];
   exact_fill(own, ops, &sample);
   for (const struct kith_param *row = ops->params; row->key != NULL; ++row) { /* what does not follow */
-    if (row->fallback != NULL || !isnan(*(double *)((char *)settings + row->offset))) continue;
+    const bool missing = isnan(*(double *)((char *)settings + row->offset));
+    CHECK(!row->given || missing);
+    if (row->fallback != NULL || !missing) continue;
+    /* Hugoniot's velocity is of a piston, which this scene lacks. */
+    CHECK(row->given || ops == &kith_exact_hugoniot || ops == &kith_exact_acoustic_wave);
     CHECK(refused(ops, settings, row->key) || (ops->vortex && NDIM == 1));
     memcpy((char *)settings + row->offset, (char *)own + row->offset, row->size);
   }

@@ -183,7 +183,7 @@ static const struct wrong missing[] = {
      "f:11: packages.0: 'conduction' where a map belongs; write {name: conduction}"},
     {11, "packages: {name: conduction}", "f:11: packages: a map where a list belongs"},
     {11, "exact: {name: sedov}", "f:11: exact.blast_energy: missing; it does not follow from this scene"},
-    {11, "exact: {name: acoustic_wave}", "f:11: exact.density: missing; it does not follow from this scene"},
+    {11, "exact: {name: acoustic_wave}", "f:11: exact.density: missing; it is required"},
 };
 
 static const struct wrong types[] = {
