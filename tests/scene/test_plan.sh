@@ -276,7 +276,8 @@ done
 # A key that members mean differently is explained for each.
 for text in "gamma: 1.4 # ratio of specific heats (ideal, stiffened" \
   "gamma: 2 # Grueneisen's Gamma0, at rho0 (mie-grueneisen)" \
-  "amplitude: # required unless it follows from the scene; of the density, relative (acoustic-wave"; do
+  "amplitude: # required; of the density, relative (acoustic-wave" \
+  "wavelength: # required unless it follows from the scene; along x (acoustic-wave"; do
   [[ $(tr -s ' ' <stdout) == *"$text"* ]] || wrong "list scene lacks '$text'"
 done
 

@@ -232,6 +232,8 @@ static void table(void) {
   const long tube = ftell(f);
   plain.norms.vortex = true;
   kith_report_print(&plain, false, f);
+  plain.norms.carried = true; /* has no meaningful angular momentum */
+  kith_report_print(&plain, false, f);
   plain.norms = (struct kith_norms){.nodes = 1};
   plain.kinetic_start = 0;
   kith_report_print(&plain, false, f);
