@@ -11,12 +11,13 @@
  *   DIR/points.csv  all points
  *
  * Exit code: 0; 1 if a run failed or the results cannot be written; 2 if the suite or the command line is
- * wrong. */
+ * wrong, or the directory cannot be written to. */
 #include "app/cli/options.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include "app/output/pictures/figure.h"
 #include "app/study/study.h"
 #include "lib/core/version.h"
@@ -116,6 +117,7 @@ static void put_codes(FILE *f, const struct cloud *c) {
 static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
   const struct kith_suite *s = study->suite;
   struct cloud c;
+  char picture[KITH_PATH + 16];
   fprintf(f,
           "# %s: error against cost\n\nScene %s in %d-D, %d methods at %d resolutions. kith %s, one run at a "
           "time on %d thread%s. Norms are weighted by volume, against the exact solution. Costs are those at "
@@ -136,7 +138,8 @@ static void put_text(FILE *f, const struct kith_study *study, bool to_file) {
   if (study->n_failed > 0) fputs("\n## Failed runs\n\n", f);
   for (int k = 0; k < s->n_methods * s->n_values; ++k)
     if (s->point[k].failed) fprintf(f, "- %s at %s: %s\n", s->job[k].label, s->job[k].value, s->point[k].why);
-  if (to_file) fputs("\n![error against cost](chart.png)\n", f);
+  snprintf(picture, sizeof picture, "%s/chart.png", study->directory);
+  if (to_file && access(picture, R_OK) == 0) fputs("\n![error against cost](chart.png)\n", f);
 }
 
 /* Does another code begin with this point? */

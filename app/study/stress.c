@@ -7,7 +7,7 @@
  * file has also the bounds, and why runs did not pass. DIR/points.csv has all runs.
  *
  * Exit code: 0; 3 if a method does not even pass the first value of a sweep; 1 if the results cannot be
- * written; 2 for an unknown sweep, or settings that no run takes. */
+ * written; 2 for an unknown sweep, settings that no run takes, or a directory that cannot be written to. */
 #include <math.h>
 #include "app/study/study.h"
 
@@ -84,7 +84,21 @@ static void put_text(FILE *f, const struct kith_study *w, bool to_file) {
   for (int k = 0; k < w->n && to_file; ++k) put_sweep(f, &w->suite[k]);
 }
 
-/* Reads the sweeps. What the command line sets is checked with the first run, before any is started. */
+/* Has `kith plan` check one's own sweeps before any run is started: each method at the first value, and each
+ * value with the first method. Beyond these a method may refuse a value, which then does not pass. */
+static kith_status check_own(const struct kith_study *w, const char *path) {
+  char what[256];
+  for (const struct kith_suite *s = w->suite; s < w->suite + w->n; ++s)
+    for (int k = 0; k < s->n_methods * s->n_values; ++k) {
+      if (k >= s->n_values && k % s->n_values > 0) continue;
+      snprintf(what, sizeof what, "sweep %s at %s, method", s->name, s->job[k].value);
+      KITH_TRY(kith_job_check(&w->programs, &s->job[k], path, what));
+    }
+  return KITH_OK;
+}
+
+/* Reads the sweeps. Those of inputs are right, also where a method refuses a whole sweep: the first run alone
+ * is checked, if the command line sets something. */
 static kith_status read_sweeps(struct kith_study *w) {
   const struct kith_options *o = w->options;
   const bool own = o->subject != NULL && kith_suite_is_path(o->subject);
@@ -93,6 +107,7 @@ static kith_status read_sweeps(struct kith_study *w) {
            own ? o->subject : "/stress/sweeps.yaml");
   KITH_TRY(kith_sweeps_read(w, path, own ? NULL : o->subject));
   snprintf(w->directory, sizeof w->directory, "%.700s", o->directory != NULL ? o->directory : "out/stress");
+  if (own) return check_own(w, path);
   return o->n_overrides > 0 ? kith_job_check(&w->programs, w->suite->job, NULL, NULL) : KITH_OK;
 }
 

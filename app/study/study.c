@@ -235,8 +235,8 @@ static kith_status run_new(const struct kith_study *s, double cpu_limit, const s
   snprintf(p->why, sizeof p->why, "%s", end.why);
   if (p->failed && !end.told) return KITH_OK;
   FILE *file = p->failed ? fopen(failure, "w") : NULL;
-  const bool kept =
-      p->failed ? file != NULL && fputs(p->why, file) != EOF && fclose(file) == 0 : rename(part, path) == 0;
+  bool kept = p->failed ? file != NULL && fputs(p->why, file) != EOF : rename(part, path) == 0;
+  if (file != NULL) kept = fclose(file) == 0 && kept;
   return kept ? KITH_OK : kith_fail(KITH_BAD_FILE, "%s: %s", p->failed ? failure : path, strerror(errno));
 }
 
@@ -356,8 +356,8 @@ void kith_study_clear(struct kith_study *study) {
 
 static kith_status carry_out(struct kith_study *s, const struct kith_study_verb *verb, enum kith_exit *code) {
   KITH_TRY(verb->read(s));
-  *code = KITH_EXIT_FAILED;
   KITH_TRY(prepare(s));
+  *code = KITH_EXIT_FAILED;
   KITH_TRY(run_all(s, verb->cpu_limit));
   KITH_TRY(write_all(s, verb));
   *code = verb->verdict(s);

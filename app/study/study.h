@@ -24,7 +24,7 @@ struct kith_job {
   char scene[KITH_JOB_PATH];
   char label[KITH_JOB_LABEL], value[48]; /* the method, and the value of what is varied */
   double x;                              /* that value as a number, or its position */
-  int line;                              /* of the file that the method, or the row, is from */
+  int line;                              /* of the file: of the method, of the value of a sweep, or of the row */
   int dimension, ranks, threads;         /* ranks 0: one process; threads 0: as `kith run` chooses */
   int steps;                             /* 0: no limit */
   char restart[KITH_JOB_PATH];           /* checkpoint; "": none */

@@ -135,6 +135,13 @@ static kith_status check_overrides(const struct kith_suite *s, size_t common,
   return KITH_OK;
 }
 
+/* Refuses a name with a bar, which would end a column of the tables in Markdown. */
+static kith_status check_cell(const struct kith_config_node *map, const char *key) {
+  const struct kith_config_node *name = kith_config_child(map, key);
+  if (name == NULL || name->text == NULL || strchr(name->text, '|') == NULL) return KITH_OK;
+  return kith_config_fail(name, NULL, "'%.60s': a bar would end a column of the tables", name->text);
+}
+
 /* Checks that a list has 1 to `most` entries. If `params` is not NULL, they are maps with these keys, of
  * which the first is a name, and no two entries may have the same. */
 static kith_status check_list(const struct kith_config_node *list, const struct kith_param *params,
@@ -146,6 +153,7 @@ static kith_status check_list(const struct kith_config_node *list, const struct 
   for (const struct kith_config_node *one = list->first; one != NULL; one = one->next) {
     struct named head;
     KITH_TRY(kith_params_read(params, one, &head));
+    KITH_TRY(check_cell(one, params->key));
     for (const struct kith_config_node *before = list->first; before != one; before = before->next)
       if (strcmp(kith_config_child(before, params->key)->text, head.name) == 0)
         return kith_config_fail(one, params->key, "'%s' is there twice", head.name);
@@ -185,7 +193,7 @@ static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, s
     const struct kith_config_node *name = kith_config_child(method, "name");
     *job = *common;
     snprintf(job->label, sizeof job->label, "%.100s", name != NULL ? name->text : s->scene);
-    job->line = method != NULL ? method->location.line : values->location.line;
+    job->line = (s->parameter[0] != '\0' || method == NULL ? value : method)->location.line;
     KITH_TRY(apply_settings(job, "=", method));
     KITH_TRY(set_value(s, job, key, value));
     value = value->next;
@@ -305,6 +313,8 @@ static kith_status read_code(const struct kith_suite *s, const struct kith_confi
                              struct kith_reference_code *code) {
   const struct kith_config_node *norms = kith_config_child(node, "norms");
   KITH_TRY(kith_params_read(code_params, node, code));
+  for (const struct kith_param *p = code_params; p->kind == KITH_PARAM_NAME; ++p)
+    KITH_TRY(check_cell(node, p->key));
   KITH_TRY(kith_config_want(norms, KITH_CONFIG_MAP));
   for (int k = 0; k < KITH_SUITE_MEASURES; ++k) code->norm[k] = NAN;
   for (const struct kith_config_node *norm = norms->first; norm != NULL; norm = norm->next) {
@@ -356,7 +366,7 @@ kith_status kith_suite_read(struct kith_study *c, const char *subject) {
   struct kith_config *config = NULL;
   KITH_TRY(kith_resize(&c->suite, 0, 1, sizeof *c->suite));
   struct kith_suite *s = &c->suite[c->n++];
-  if (kith_suite_is_path(subject) || access(subject, R_OK) == 0)
+  if (kith_suite_is_path(subject))
     snprintf(s->file, sizeof s->file, "%.760s", subject);
   else
     KITH_TRY(find_input(&c->programs, "/suites", "chart: no suite", subject, s->file));
@@ -386,6 +396,7 @@ static kith_status read_sweep(struct kith_suite *s, const struct kith_config_nod
   struct kith_job job;
   *s = (struct kith_suite){.at_most = NAN, .at_least = NAN, .n_measures = 1};
   KITH_TRY(read_common(s, sweep_params, node, c, &job));
+  KITH_TRY(check_cell(node, "name"));
   if (isnan(s->at_most) == isnan(s->at_least))
     return kith_config_fail(node, NULL, "sweep %s needs one bound, at_most or at_least", s->name);
   char key[2][128];

@@ -5,7 +5,7 @@
  * out/validate by default); what the runs print is in DIR/ROW.log.
  *
  * Exit code: 0; 3 if a row is out of tolerance; 1 if a run failed or the results cannot be written; 2 for an
- * unknown suite or a wrong file. */
+ * unknown suite, a wrong file or a directory that cannot be written to. */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -266,7 +266,7 @@ static void list(void) {
  * Has `kith plan` check all rows of one's own file before any is run; those of inputs are right. */
 static kith_status read_rows(struct validation *v, const char *suite) {
   char path[PATH];
-  const bool is_path = strpbrk(suite, "/.") != NULL;
+  const bool is_path = kith_suite_is_path(suite);
   const char *name = strcmp(suite, "full") == 0    ? "targets"
                      : strcmp(suite, "quick") == 0 ? "targets-quick"
                                                    : suite;
@@ -297,10 +297,10 @@ static kith_status validate(struct validation *v, const char *suite, enum kith_e
       "momentum_drift,floors,ranks,threads,varied,like,difference";
   KITH_TRY(kith_programs_find(&v->programs));
   KITH_TRY(read_rows(v, suite));
-  *code = KITH_EXIT_FAILED;
   KITH_TRY(kith_directory_make(v->directory));
   KITH_TRY(kith_directory_claim(v->directory, &v->lock));
   KITH_TRY(kith_csv_log_open(&v->table, v->directory, "validation.csv", names, NULL));
+  *code = KITH_EXIT_FAILED;
   KITH_TRY(do_rows(v));
   if (v->n_failed == 0) *code = v->n_wrong > 0 ? KITH_EXIT_TOLERANCE : KITH_EXIT_OK;
   return KITH_OK;

@@ -42,6 +42,10 @@ bad "reference_codes.0.machine: missing" 'scene: sod' 'resolution: [50]' 'refere
 bad "bad.yaml:2: methods: more than 100" 'scene: sod' "methods: [$(seq -f '{name: %g}' -s ', ' 1 101)]" \
   'resolution: [50]'
 bad "bad.yaml:2: resolution: more than 64" 'scene: sod' "resolution: [$(seq -s ', ' 1 65)]"
+bad "bad.yaml:2: methods.0.name: 'a|b': a bar would end a column" 'scene: sod' 'methods: [{name: a|b}]' \
+  'resolution: [50]'
+bad "bad.yaml:3: reference_codes.0.machine: 'x|y': a bar would end a column" 'scene: sod' 'resolution: [50]' \
+  'reference_codes: [{code: x, machine: x|y, resolution: 5, cpu_seconds: 1, norms: {density.l1: 1}}]'
 refused "no suite 'sod-1e'; did you mean 'sod-1d'?" "$kith" chart sod-1e
 refused "chart: SUITE is missing" "$kith" chart
 refused "nothere.yaml: No such file" "$kith" chart nothere.yaml
@@ -54,11 +58,16 @@ refused "--set resolution: this is what is varied" "$kith" chart small.yaml --se
 refused "--set resolution: this is what is varied" "$kith" chart small.yaml --set 'resolution?=7' -o out
 refused "--set method.package: this is what is varied" "$kith" stress mach --set method.package=crk -o out
 touch file
-stopped 1 "kith: file/deep: Not a directory" "$kith" chart small.yaml -o file/deep/out
+for verb in 'chart small.yaml' 'stress pressure-ratio'; do
+  stopped 2 "kith: file/deep: Not a directory" "$kith" $verb -o file/deep/out
+done
 if ((EUID != 0)); then
   mkdir locked && chmod 555 locked
-  stopped 1 "locked/out: Permission denied" "$kith" chart small.yaml -o locked/out
+  stopped 2 "locked/out: Permission denied" "$kith" chart small.yaml -o locked/out
 fi
+# A folder with the name of a suite, as the results may have, is no suite.
+mkdir sod-1d
+stopped 2 "kith: --set resolution: this is what is varied" "$kith" chart sod-1d --set resolution=40 -o sod-1d
 
 # ---- a chart in which a method fails: its points are marked, and the exit code is 1
 "$kith" chart small.yaml -o out >stdout 2>stderr
@@ -172,11 +181,11 @@ again 1 programs/bin/kith chart any.yaml -o again
 run=$(find again/runs -maxdepth 1 -type d -name '*-25-*[0-9a-f]' -printf '%T@ %p\n' | sort -n | tail -1)
 run=${run#* }
 rm -r "$run"
-for held in again "$run.part"; do
-  mkdir -p "$held"
-  stopped 1 "kith: $held: another run writes there" \
-    flock "$held" programs/bin/kith chart any.yaml -o again --quiet
-done
+mkdir -p "$run.part"
+stopped 2 "kith: again: another run writes there" \
+  flock again programs/bin/kith chart any.yaml -o again --quiet
+stopped 1 "kith: $run.part: another run writes there" \
+  flock "$run.part" programs/bin/kith chart any.yaml -o again --quiet
 again 1 programs/bin/kith chart any.yaml -o again
 
 # ---- settings may be overridden; without methods the scene's own method is used
@@ -192,6 +201,11 @@ grep -q "inputs/suites" stdout || wrong "chart list: where are the suites?"
 printf '%s\n' 'scene: tiny.yaml' 'settings: {exact.name: riemann}' 'resolution: [50]' >any.yaml
 ok "$kith" chart any.yaml -o any --quiet
 
+# Without gnuplot there is no picture, and chart.md has no link to it.
+PATH=/nowhere "$kith" chart any.yaml -o bare --quiet >stdout 2>stderr
+[[ $(<stderr) == *"gnuplot cannot be run"* && ! -e bare/chart.png ]] || wrong "without gnuplot: $(<stderr)"
+(($(grep -c 'chart\.png' bare/chart.md) == 0)) || wrong "a link to no picture"
+
 # ---- stress: one sweep
 "$kith" stress pressure-ratio --quiet -o sweep --set resolution=60 >stdout 2>stderr
 code=$?
@@ -202,7 +216,7 @@ values=$(($(wc -l <sweep/points.csv) - 1))
 [[ $(<sweep/stress.md) == *'## pressure-ratio'*'passes: shock at most 0.05 ('* ]] ||
   wrong "stress.md is not whole: $(<sweep/stress.md)"
 cat >own.yaml <<'END_YAML'
-methods: [{name: default}, {name: no such package, settings: {method.package: xyz}}]
+methods: [{name: default}, {name: no step, settings: {scheme.dt: 1e-300}}]
 sweeps:
   - {name: own, parameter: end, scene: sod.yaml, dimension: 1, settings: {resolution: 50}, measure: time,
      at_most: 0.03,
@@ -212,8 +226,18 @@ END_YAML
 code=$?
 ((code == 3)) || wrong "a method that fails everywhere ended with $code: $(<stderr)"
 grep -Eq '^\| own +\| to 0.03 +\| none +\|$' stdout || wrong "another table: $(<stdout)"
-grep -q "^- no such package at 0.02: failed, --set method.package: 'xyz'" own/stress.md ||
+grep -q "^- no step at 0.02: failed, step 1, time 0: the time step collapsed" own/stress.md ||
   wrong "no reason: $(<own/stress.md)"
+# A misspelt setting is none that does not pass, whether of a method, of a value or of the sweep.
+sed 's/scheme.dt: 1e-300/method.package: xyz/' own.yaml >wrong.yaml
+refused "wrong.yaml:5: sweep own at 0.02, method no step: --set method.package: 'xyz' is not one of" \
+  "$kith" stress wrong.yaml -o out
+sed 's/values:.*/values: [{value: a, settings: {until: 0.02}},\n       {value: b, settings: {scheme.clf: 1}}]}/' \
+  own.yaml >wrong.yaml
+refused "wrong.yaml:6: sweep own at b, method default: --set scheme.clf: unknown key; did you mean 'cfl'?" \
+  "$kith" stress wrong.yaml -o out
+sed 's/name: own/name: a|b/' own.yaml >wrong.yaml
+refused "wrong.yaml:3: sweeps.0.name: 'a|b': a bar would end a column" "$kith" stress wrong.yaml -o out
 # Points of several sweeps say of which they are; those of one need not.
 [[ $(head -1 own/points.csv) == method,value,* ]] || wrong "columns of a sweep: $(head -1 own/points.csv)"
 (cat own.yaml; tail -3 own.yaml | sed 's/name: own/name: other/') >both.yaml

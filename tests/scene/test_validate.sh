@@ -20,7 +20,12 @@ grep -q "^3 rows, 0 out of tolerance; [0-9]* s; v/validation.csv$" stdout ||
   wrong "the table's head"
 awk -F, '/^"short/ {exit !($2 > 0 && $2 == $8 && $5 == "ok" && $7 == "\"a guess\"")}' v/validation.csv ||
   wrong "the table: $(cat v/validation.csv)"
-stopped 1 "kith: v: another run writes there" flock v "$kith" validate own.yaml -o v
+stopped 2 "kith: v: another run writes there" flock v "$kith" validate own.yaml -o v
+
+touch file
+stopped 2 "kith: file/deep: Not a directory" "$kith" validate own.yaml -o file/deep/out
+mkdir dotted.suite
+stopped 2 "no suite 'dotted.suite'; there are quick" "$kith" validate dotted.suite
 
 # Names and sources with commas and quotes are single columns.
 rows "${row/short/\'a, \"b\"\'}, at_most: 1, source: 'so \"they\", say'"
