@@ -2,6 +2,7 @@
 #include "integrator/step.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include "integrator/flow.h"
 #include "integrator/lifecycle.h"
@@ -251,12 +252,15 @@ kith_status kith_integrator_step(struct kith_integrator *it, double until) {
   if (until != it->until) it->every = until - it->time, it->until = until;
   const double wanted = next_dt(it, until);
   double dt = wanted;
-  if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until)
+  if (!(dt > 0) || !isfinite(dt) || until + 1e-3 * dt == until) {
+    char node[32] = ""; /* a given step is of no node */
+    if (it->limiting_node >= 0) snprintf(node, sizeof node, "node %lld, ", (long long)it->limiting_node);
     return kith_ranks_allreduce_status(
         it->nodes->ranks,
         kith_fail_node(KITH_DIVERGED, it->limiting_node,
-                       "the time step collapsed to %g at time %g: node %lld, %s; such steps never reach %g",
-                       dt, it->time, (long long)it->limiting_node, kith_limit_name(it->limiter), until));
+                       "the time step collapsed to %g at time %g: %s%s; such steps never reach %g", dt,
+                       it->time, node, kith_limit_name(it->limiter), until));
+  }
   kith_profile_begin(it->profile, "step");
   it->kick.evaluation_dt = dt / KITH_MAX(it->evaluations, 1);
   it->clock = it->time;

@@ -45,8 +45,8 @@ static double extent(const struct kith_box *box, int axis) {
 /* Rounds a number of cells along an axis, at least 1. A half is rounded up even if round-off made it a little
  * less. More than KITH_MAX_SITES are refused later. */
 static int64_t whole(double cells_wanted) {
-  const double n = floor(cells_wanted * (1 + 1e-9) + 0.5);
-  return n < 1 ? 1 : n > KITH_MAX_SITES ? KITH_MAX_SITES + 1 : (int64_t)n;
+  const double n = floor(cells_wanted * (1 + 1e-9) + 0.5), most = 1e18; /* fits an int64_t */
+  return n < 1 ? 1 : n > most ? (int64_t)most : (int64_t)n;
 }
 
 static kith_status count_sites(struct kith_lattice_fit *fit) {
@@ -56,7 +56,7 @@ static kith_status count_sites(struct kith_lattice_fit *fit) {
     volume *= extent(&fit->box, a);
   }
   if (sites > KITH_MAX_SITES)
-    KITH_FAIL(BAD_INPUT, "%.3g nodes are more than the %.0e allowed", sites, (double)KITH_MAX_SITES);
+    KITH_FAIL(BAD_INPUT, "%.6g nodes are more than the %.0e allowed", sites, (double)KITH_MAX_SITES);
   fit->sites = (int64_t)sites;
   fit->site_volume = volume / sites;
   return KITH_OK;
@@ -68,7 +68,16 @@ kith_status kith_lattice_fit(struct kith_lattice_fit *out, enum kith_lattice kin
   out->kind = kind;
   out->site = NDIM > 1 && kind == KITH_LATTICE_GLASS ? kith_glass_sites() : cells[kind].site;
   out->box = *box;
-  for (int a = 0; a < NDIM; ++a) out->cells[a] = whole(extent(box, a) / (cells[kind].side[a] * spacing));
+  for (int a = 0; a < NDIM; ++a) {
+    const double side = cells[kind].side[a] * spacing, wanted = extent(box, a) / side;
+    out->cells[a] = whole(wanted);
+    if (NDIM > 1 && kind == KITH_LATTICE_GLASS && fabs((double)out->cells[a] / wanted - 1) > 0.1)
+      KITH_FAIL(
+          BAD_INPUT,
+          "lattice glass: a cell is %d spacings, %.4g, and the region has %.3g of them along %c: give it "
+          "whole cells, to a tenth, or take another lattice",
+          KITH_GLASS_SIDE, side, wanted, "xyz"[a]);
+  }
   return count_sites(out);
 }
 

@@ -134,10 +134,8 @@ static bool goes_on_here(const char *directory, const char *checkpoint) {
 
 kith_status kith_output_open(struct kith_output *output, struct kith_simulation *m, const char *directory,
                              const char *checkpoint, bool overwrite) {
-  char own[256];
   const bool first = kith_ranks_rank(m->nodes->ranks) == 0;
-  snprintf(own, sizeof own, "out/%s", m->scene->name);
-  KITH_TRY(make_directory(output, directory != NULL ? directory : own, first));
+  KITH_TRY(make_directory(output, directory, first));
   const bool restarted = goes_on_here(output->directory, checkpoint);
   if (first) KITH_TRY(claim(output, restarted, overwrite));
   KITH_TRY(kith_history_open(&output->history, output->directory, m, restarted));

@@ -30,8 +30,8 @@ struct kith_output {
   struct kith_growth growth;
 };
 
-/* Opens the directory (NULL: out/SCENE), which rank 0 creates with its parents, and the tables in it. No
- * other run may write there until it is closed. A run that goes on from a `checkpoint` in that directory
+/* Opens the directory, which rank 0 creates with its parents, and the tables in it. No other run may write
+ * there until it is closed. A run that goes on from a `checkpoint` in that directory
  * (NULL: from none) continues the tables, and deletes snapshots that it has yet to write. Otherwise the
  * checkpoint of an earlier run is refused unless it may be overwritten, and all that is left of that run is
  * deleted. The status is of this rank alone. */

@@ -190,9 +190,10 @@ kith_status kith_output_restore(struct kith_output *output, const char *path, st
   struct kith_integrator *it = &m->integrator;
   struct saved saved;
   char previous[1024], why[1024];
-  kith_status status = restore_from(output, path, m, &saved);
   snprintf(previous, sizeof previous, "%s.previous", path);
-  if (status == KITH_BAD_FILE && access(previous, R_OK) == 0) {
+  const bool there = kith_ranks_any(m->nodes->ranks, access(previous, R_OK) == 0); /* all try it, or none */
+  kith_status status = restore_from(output, path, m, &saved);
+  if (status == KITH_BAD_FILE && there) {
     snprintf(why, sizeof why, "%.900s", kith_failure());
     status = restore_from(output, previous, m, &saved);
     output->from_previous = status == KITH_OK;

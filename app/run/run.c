@@ -10,6 +10,7 @@
 #include <math.h>
 #include <omp.h>
 #include <stdio.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -77,17 +78,42 @@ static kith_status check_read(const char *trace, const char *read) {
   KITH_FAIL(BAD_INPUT, "--trace: %s is the file %s, which this run reads", trace, read);
 }
 
+/* Is the file in this directory, which need not be there yet? */
+static bool is_in(const char *path, const char *directory) {
+  const int length = kith_path_folder(path);
+  char folder[KITH_PATH], wanted[KITH_PATH];
+  snprintf(folder, sizeof folder, "%.*s", length, length > 0 ? path : "./");
+  snprintf(wanted, sizeof wanted, "%s%s", directory, directory[strlen(directory) - 1] == '/' ? "" : "/");
+  return strcmp(folder, wanted) == 0 || kith_is_same_file(folder, wanted);
+}
+
+/* Tests now whether the trace can be written, not at the end. The report is the only result whose name ends
+ * with .json. */
+static kith_status check_trace(const struct run *run, const char *directory) {
+  const char *trace = run->options->trace, *name = trace + kith_path_folder(trace), *end = strrchr(name, '.');
+  const bool inside = is_in(trace, directory);
+  struct kith_atomic_file *file;
+  for (const struct kith_config *c = run->scene->config; c != NULL; c = c->base)
+    KITH_TRY(check_read(trace, c->file));
+  if (run->restart != NULL) KITH_TRY(check_read(trace, run->restart));
+  if (inside && (end == NULL || strcmp(end, ".json") != 0 || strcmp(name, "report.json") == 0))
+    KITH_FAIL(BAD_INPUT,
+              "--trace: %s may be the name of a result; in the directory of the results a trace is called "
+              "NAME.json, and not report.json",
+              trace);
+  if (inside && access(directory, F_OK) != 0) return KITH_OK; /* it is made next */
+  KITH_TRY(kith_atomic_file_open(&file, trace));
+  kith_atomic_file_abandon(&file);
+  return KITH_OK;
+}
+
 static kith_status open_output(struct run *run) {
   const struct kith_options *o = run->options;
-  if (first_rank(run) && o->trace != NULL) { /* tests now whether it can be written, not at the end */
-    struct kith_atomic_file *file;
-    for (const struct kith_config *c = run->scene->config; c != NULL; c = c->base)
-      KITH_TRY(check_read(o->trace, c->file));
-    if (run->restart != NULL) KITH_TRY(check_read(o->trace, run->restart));
-    KITH_TRY(kith_atomic_file_open(&file, o->trace));
-    kith_atomic_file_abandon(&file);
-  }
-  return kith_output_open(&run->output, run->simulation, o->directory, run->restart, o->overwrite);
+  char own[KITH_PATH];
+  snprintf(own, sizeof own, "out/%s", run->scene->name);
+  const char *directory = o->directory != NULL ? o->directory : own;
+  if (first_rank(run) && o->trace != NULL) KITH_TRY(check_trace(run, directory));
+  return kith_output_open(&run->output, run->simulation, directory, run->restart, o->overwrite);
 }
 
 static kith_status read_scene(struct run *run) {
@@ -440,7 +466,7 @@ static enum kith_exit fail(struct run *run, kith_status status) {
   const struct kith_integrator *it = &run->simulation->integrator;
   const bool writing = status == KITH_BAD_FILE || status == KITH_NO_MEMORY;
   const int64_t failed = kith_failed_node();
-  char reason[1024], where[640] = "", nearby[80] = "";
+  char reason[2048], where[640] = "", nearby[80] = "";
   snprintf(reason, sizeof reason, "%s", kith_failure());
   if (!writing && kith_ranks_status_is_shared(run->ranks) &&
       kith_output_snapshot(&run->output, run->simulation) == KITH_OK)

@@ -57,7 +57,7 @@ static kith_status refuse(char *line) {
 }
 
 kith_status kith_config_fail(const struct kith_config_node *node, const char *key, const char *format, ...) {
-  char path[256], message[512], place[256] = "--set", line[1100];
+  char path[256], message[2048], place[256] = "--set", line[2600];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(message, sizeof message, format, arguments);
@@ -314,7 +314,7 @@ static kith_status parse(struct kith_config *config, const char *text, size_t le
   KITH_TRY(node_add(&config->root, NULL, NULL, 0, top));
   struct reader r = {.text = text, .length = length, .start = top};
   KITH_TRY(read_document(&r, config->root));
-  if (config->root->null) return kith_config_fail(config->root, NULL, "the scene is empty");
+  if (config->root->null) return kith_config_fail(config->root, NULL, "the file is empty");
   return kith_config_want(config->root, KITH_CONFIG_MAP);
 }
 

@@ -146,10 +146,16 @@ kith_status kith_scene_dimension(const char *path, int n_overrides, const char *
                                  int *dimension) {
   static const struct kith_param param = {KITH_DIMENSION_PARAM, .size = sizeof(int)};
   struct kith_config *config;
+  char near[16];
   KITH_TRY(kith_config_read(&config, path));
   kith_status status = KITH_OK;
   for (int k = 0; k < n_overrides && status == KITH_OK; ++k)
     status = kith_config_override(config, overrides[k]);
+  const bool missing = status == KITH_OK && kith_config_child(config->root, param.key) == NULL;
+  for (const struct kith_config_node *c = missing ? config->root->first : NULL; c != NULL; c = c->next)
+    if (status == KITH_OK && !kith_name_is(c->key, param.key, strlen(param.key)) &&
+        kith_choices_suggest(param.key, c->key, near, sizeof near))
+      status = kith_config_fail(c, NULL, "unknown key; did you mean '%s'?", near);
   if (status == KITH_OK) status = kith_param_read(&param, config->root, dimension);
   kith_config_destroy(&config);
   return status;

@@ -22,7 +22,8 @@
   X(BCC, bcc, "body-centered cubic; squares on their tips in 2-D")                        \
   X(FCC, fcc, "face-centered cubic; not in 2-D")                                          \
   X(HCP, hcp, "hexagonal close packing; triangles in 2-D")                                \
-  X(GLASS, glass, "relaxed from random places: no direction is special; whole cells of 10 spacings")
+  X(GLASS, glass,                                                                         \
+    "relaxed from random places: no direction is special; whole cells of 10 spacings, to a tenth")
 enum kith_lattice {
 #define X(name, word, doc) KITH_LATTICE_##name,
   KITH_LATTICE_LIST(X)

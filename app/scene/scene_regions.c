@@ -38,7 +38,8 @@ const struct kith_param kith_region_params[] = {
      IN(displacement)},
     {"spacing", KITH_PARAM_NUMBER, "0", "[0, inf)",
      "spacing of the nodes; 0: from resolution and arrangement", IN(spacing)},
-    {"frozen", KITH_PARAM_BOOL, "false", "", "its nodes never move, nor does their state change", IN(frozen)},
+    {"frozen", KITH_PARAM_BOOL, "false", "",
+     "its nodes never move, nor does their state change; not with a velocity", IN(frozen)},
     {"barrier", KITH_PARAM_BOOL, "false", "",
      "its nodes never move and are a wall: they reflect, and cut the pairs that cross them", IN(barrier)},
     {"porosity", KITH_PARAM_NUMBER, "", "[0, 1]",
@@ -118,12 +119,13 @@ static kith_status check_timeless(const struct kith_param *params, const struct 
   return KITH_OK;
 }
 
-/* Refuses the velocity of a barrier, which reflects as a wall at rest does. */
-static kith_status check_barrier(const struct kith_region *region, const struct kith_config_node *node) {
-  for (int a = 0; region->barrier && a < NDIM; ++a)
+/* Refuses a velocity where nodes stay: pairs would see a motion that there is not. */
+static kith_status check_rest(const struct kith_region *region, const struct kith_config_node *node) {
+  for (int a = 0; kith_region_stays(region) && a < NDIM; ++a)
     if (region->velocity[a] != NULL && kith_expression_constant(region->velocity[a]) != 0)
-      return kith_config_fail(kith_config_child(node, "velocity"), NULL,
-                              "not together with barrier, which is a wall at rest");
+      return kith_config_fail(kith_config_child(node, "velocity"), NULL, "not together with %s",
+                              region->barrier ? "barrier, which is a wall at rest"
+                                              : "frozen: its nodes never move; leave it out, or set it to 0");
   return KITH_OK;
 }
 
@@ -139,7 +141,7 @@ static kith_status read_region(const struct kith_scene *scene, struct kith_regio
     return kith_config_fail(kith_config_child(node, "lattice"), NULL,
                             "fcc does not exist in 2-D; cubic, bcc, hcp and glass do");
   KITH_TRY(check_state(scene, region, node));
-  KITH_TRY(check_barrier(region, node));
+  KITH_TRY(check_rest(region, node));
   return check_equilibrium(scene, region, node);
 }
 

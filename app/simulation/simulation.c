@@ -19,7 +19,7 @@ static const struct kith_package_ops *package_of(const struct kith_scene *scene)
 /* Turns the message of a package or scheme, "KEY: why", into one with the place of KEY in the scene.
  * `section`: what KEY belongs to; NULL: KEY is a path from the root. */
 static kith_status refuse_setting(const struct kith_scene *scene, const char *section) {
-  char message[512];
+  char message[2048];
   snprintf(message, sizeof message, "%s", kith_failure());
   char *why = strstr(message, ": ");
   if (why == NULL) return KITH_BAD_INPUT;
@@ -249,7 +249,7 @@ static kith_status make_excluders(struct kith_simulation *m) {
   if (m->excluders.n > 0) self.next = m->excluders.excluder;
   if (status == KITH_OK) status = kith_excluder_setup(&self, &all, &all);
   if (status == KITH_OK && m->excluders.n > 0) status = kith_excluder_keeps_pairs(m->excluders.excluder);
-  char message[512];
+  char message[2048];
   snprintf(message, sizeof message, "%s", kith_failure());
   return status == KITH_BAD_INPUT
              ? kith_config_fail(at(m->scene, "connectivity.exclude"), NULL, "%s", message)
@@ -495,7 +495,8 @@ void kith_conservation_baseline_update(struct kith_conservation_baseline *baseli
 
 void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes) {
   enum { NODES_A_THREAD = 2000 };
-  if (getenv("OMP_NUM_THREADS") != NULL) return;
+  const char *wanted = getenv("OMP_NUM_THREADS"); /* OpenMP ignores what is no number of threads */
+  if (wanted != NULL && strtol(wanted, NULL, 10) >= 1) return;
   const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN) / kith_ranks_on_this_machine(ranks);
   const int most = KITH_MIN(omp_get_num_procs(), n_nodes / NODES_A_THREAD); /* procs: cores it is bound to */
   omp_set_num_threads(KITH_MAX(1, KITH_MIN(cores, most)));

@@ -43,7 +43,7 @@ kith_status kith_simulation_step(struct kith_simulation *simulation, double unti
 void kith_simulation_warn(const struct kith_simulation *simulation);
 void kith_simulation_destroy(struct kith_simulation **simulation);
 
-/* Sets the number of threads of this process, unless OMP_NUM_THREADS is set: the ranks of a computer share
+/* Sets the number of threads of this process, unless OMP_NUM_THREADS has one: the ranks of a computer share
  * its cores, and each thread has at least 2000 of this rank's nodes. With fewer, threads that wait for each
  * other cost more than they save. */
 void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes);

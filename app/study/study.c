@@ -40,7 +40,7 @@ kith_status kith_job_set(struct kith_job *job, const char *assignment) {
 /* Finds why a run failed: the last line of its log that begins with "kith: " and is no warning, or its
  * end. */
 static void find_reason(const char *log, double cpu_limit, struct kith_job_end *end) {
-  char line[1024];
+  char line[2100];
   FILE *file = fopen(log, "r");
   end->told = end->code == -SIGXCPU || (end->code == -SIGKILL && cpu_limit > 0);
   snprintf(end->why, sizeof end->why, end->code < 0 ? "ended by signal %d" : "exit code %d", abs(end->code));
@@ -53,7 +53,7 @@ static void find_reason(const char *log, double cpu_limit, struct kith_job_end *
     line[strcspn(line, "\n")] = '\0';
     char *state = strstr(line, "; its state is in "); /* a snapshot, which is deleted */
     if (state != NULL) *state = '\0';
-    snprintf(end->why, sizeof end->why, "%.255s", line + 6);
+    snprintf(end->why, sizeof end->why, "%.1000s", line + 6);
     end->told = true;
   }
   if (file != NULL) fclose(file);
@@ -232,7 +232,7 @@ static kith_status run_new(const struct kith_study *s, double cpu_limit, const s
   KITH_TRY(kith_job_run(&s->programs, job, "run", part, log, cpu_limit, &end));
   remove_snapshots(part);
   p->failed = end.code != 0;
-  snprintf(p->why, sizeof p->why, "%s", end.why);
+  snprintf(p->why, sizeof p->why, "%.255s", end.why);
   if (p->failed && !end.told) return KITH_OK;
   FILE *file = p->failed ? fopen(failure, "w") : NULL;
   bool kept = p->failed ? file != NULL && fputs(p->why, file) != EOF : rename(part, path) == 0;

@@ -24,7 +24,7 @@ struct kith_job {
   char scene[KITH_JOB_PATH];
   char label[KITH_JOB_LABEL], value[48]; /* the method, and the value of what is varied */
   double x;                              /* that value as a number, or its position */
-  int line;                              /* of the file: of the method, of the value of a sweep, or of the row */
+  int line;                              /* of its file: of the method, a sweep's value, or the row */
   int dimension, ranks, threads;         /* ranks 0: one process; threads 0: as `kith run` chooses */
   int steps;                             /* 0: no limit */
   char restart[KITH_JOB_PATH];           /* checkpoint; "": none */
@@ -34,9 +34,9 @@ struct kith_job {
 kith_status kith_job_set(struct kith_job *job, const char *assignment);
 /* How a job has ended. */
 struct kith_job_end {
-  int code;      /* its exit code, or minus the signal that ended it */
-  bool told;     /* it would fail again: its log says why, or it took too much processor time */
-  char why[256]; /* why it failed */
+  int code;       /* its exit code, or minus the signal that ended it */
+  bool told;      /* it would fail again: its log says why, or it took too much processor time */
+  char why[1024]; /* why it failed */
 };
 /* Starts `verb` for a job and waits until it has ended: `run`, which writes to the directory, or `plan`, for
  * which that is NULL. log and cpu_limit are as in kith_process_run. BAD_FILE if the program cannot be

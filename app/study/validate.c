@@ -220,7 +220,7 @@ static kith_status put_row(struct validation *v, const struct kith_row *row, con
 static kith_status do_row(struct validation *v, const struct kith_row *row) {
   struct outcome o = {.value = NAN, .same.difference = NAN};
   const double begun = kith_seconds();
-  char why[256];
+  char why[2048];
   o.failed = measure(v, row, &o.value) != KITH_OK || compare(v, row, &o.same) != KITH_OK;
   const struct limit required = limit_of(row);
   o.good = !o.failed && !(o.same.difference > row->tolerance) &&

@@ -33,7 +33,7 @@ struct kith_ranks {
   MPI_Op combine; /* of what ranks agree on */
   int rank, size, beside, cores;
   struct {           /* the failure that all ranks agreed on */
-    char line[1024]; /* empty: none */
+    char line[2048]; /* empty: none */
     int64_t node;    /* as kith_failed_node */
   } agreed;
   struct kith_traffic traffic;
@@ -247,7 +247,7 @@ static void tell(struct kith_ranks *ranks, int root, bool alone) {
   const size_t size = sizeof ranks->agreed.line;
   const bool told = !alone || strncmp(kith_failure(), "rank ", 5) == 0;
   if (ranks->rank == root && told) snprintf(line, size, "%s", kith_failure());
-  if (ranks->rank == root && !told) snprintf(line, size, "rank %d: %.1000s", root, kith_failure());
+  if (ranks->rank == root && !told) snprintf(line, size, "rank %d: %.2000s", root, kith_failure());
   ranks->agreed.node = kith_failed_node();
   WAIT(ranks, "the message of a failure",
        MPI_Bcast(&ranks->agreed, (int)sizeof ranks->agreed, MPI_BYTE, root, ranks->all));

@@ -8,7 +8,7 @@
 #include <sys/mman.h>
 
 /* The last failure on this thread. */
-static _Thread_local char failure[1024];
+static _Thread_local char failure[2048];
 static _Thread_local int64_t failed_node = -1;
 
 const char *kith_status_text(kith_status status) {
@@ -22,8 +22,14 @@ const char *kith_status_text(kith_status status) {
 
 static void record(int64_t id, const char *format, va_list arguments) {
   char line[sizeof failure]; /* the arguments may hold the line of the last failure */
-  vsnprintf(line, sizeof line, format, arguments);
+  const bool whole = vsnprintf(line, sizeof line, format, arguments) < (int)sizeof line;
   memcpy(failure, line, sizeof failure);
+  if (!whole) { /* a list is cut between two words */
+    char *end = failure + sizeof failure - sizeof "...";
+    *end = '\0';
+    char *blank = strrchr(failure, ' ');
+    strcpy(blank != NULL ? blank + 1 : end, "...");
+  }
   failed_node = id;
 }
 

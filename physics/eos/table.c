@@ -193,6 +193,8 @@ static kith_status load(void **settings, const char *folder) {
   snprintf(name, sizeof name, "%s%s", named->file[0] == '/' ? "" : folder, named->file);
   struct reader r = {.file = fopen(name, "r"), .name = name};
   if (r.file == NULL) KITH_FAIL(BAD_INPUT, "%s: %s", name, strerror(errno));
+  char mark[3]; /* what editors may put in front of UTF-8 */
+  if (fread(mark, 1, 3, r.file) != 3 || memcmp(mark, "\xef\xbb\xbf", 3) != 0) rewind(r.file);
   kith_status status = read_table(&r, &rows, &columns);
   const size_t all = sizeof *named + (r.n + (size_t)rows * (size_t)columns) * sizeof *r.number;
   if (status == KITH_OK) status = kith_resize(settings, sizeof *named, all, 1);

@@ -107,7 +107,8 @@ resolution=abc|'abc' is not a number
 resolution=[1]|--set resolution: a list where a single value belongs
 resolution=0|0 is out of range (0, inf)
 resolution=-1|out of range
-resolution=1e12|nodes are more than
+resolution=1e12|1e+12 nodes are more than the 1e+09 allowed
+resolution=1e30|1e+18 nodes are more than the 1e+09 allowed
 resolution=1e400|1e400 is not a finite number
 resolution=.nan|.nan is not a finite number
 resolution={2d: 3}|missing, and the scene is 1-D
@@ -208,6 +209,10 @@ csr, padded|'csr, padded' is not one of csr,
 half|half keeps half of the neighbors of a node
 END
 
+# ---- a glass that would be squeezed by whole cells
+refused "regions.0: lattice glass: a cell is 10 spacings, 0.2, and the region has 0.5 of them along y" \
+  "$kith" plan tiny.yaml --set dimension=2 --set 'domain.upper=[1, 0.1, 1]' --set regions.0.lattice=glass
+
 # ---- settings that cannot be used together
 refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
   --set method.faces=integrated
@@ -257,8 +262,11 @@ refused "wrong.yaml:3: method.kernel: would replace what line 2 says" "$kith" ru
 printf 'until: 1\nuntil: 2\n' >wrong.yaml
 refused "wrong.yaml:2: until: " "$kith" run wrong.yaml
 refused "kith: /dev/stdin:2: until: " bash -c 'cat wrong.yaml | "$1" run /dev/stdin' - "$kith"
+sed 's/^dimension:/dimensions:/' tiny.yaml >wrong.yaml
+refused "wrong.yaml:2: dimensions: unknown key; did you mean 'dimension'?" "$kith" run wrong.yaml
 : >wrong.yaml
-refused "wrong.yaml:1: the scene is empty" "$kith" run wrong.yaml
+refused "wrong.yaml:1: the file is empty" "$kith" validate wrong.yaml
+refused "wrong.yaml:1: the file is empty" "$kith" run wrong.yaml
 printf '\177ELF\002\001\001\000\000' >wrong.yaml
 refused "wrong.yaml:1: not YAML" "$kith" run wrong.yaml
 head -c 2000000 /dev/zero >wrong.yaml
@@ -283,6 +291,16 @@ mkdir out
 for bad in missing/trace tiny.yaml/trace folder; do
   refused "cannot write" "$kith" run tiny.yaml --quiet -o out --trace $bad
 done
+# what a run writes itself, also if the directory is not there yet or is named otherwise
+for bad in out/history.csv out/report.json out/snapshot_0001.hdf "$PWD/out/plot.png" out/checkpoint.kith; do
+  refused "kith: --trace: $bad may be the name of a result; in the directory of the results" \
+    "$kith" run tiny.yaml --quiet -o out --trace "$bad"
+done
+refused "may be the name of a result" "$kith" run tiny.yaml --quiet -o no/such --trace no/such/history.csv
+[[ ! -e no ]] || wrong "a refused trace left a directory"
+ok "$kith" run tiny.yaml --quiet -o no/such --trace no/such/trace.json
+ok "$kith" run tiny.yaml --quiet -o "$PWD/no/such/" --trace no/such/trace.json
+[[ -s no/such/trace.json ]] || wrong "no trace in the directory of the results"
 
 cp tiny.yaml kept.yaml
 echo 'base: tiny.yaml' >over.yaml

@@ -232,8 +232,8 @@ grep -q "^- no step at 0.02: failed, step 1, time 0: the time step collapsed" ow
 sed 's/scheme.dt: 1e-300/method.package: xyz/' own.yaml >wrong.yaml
 refused "wrong.yaml:5: sweep own at 0.02, method no step: --set method.package: 'xyz' is not one of" \
   "$kith" stress wrong.yaml -o out
-sed 's/values:.*/values: [{value: a, settings: {until: 0.02}},\n       {value: b, settings: {scheme.clf: 1}}]}/' \
-  own.yaml >wrong.yaml
+b='{value: b, settings: {scheme.clf: 1}}'
+sed "s/values:.*/values: [{value: a, settings: {until: 0.02}},\n       $b]}/" own.yaml >wrong.yaml
 refused "wrong.yaml:6: sweep own at b, method default: --set scheme.clf: unknown key; did you mean 'cfl'?" \
   "$kith" stress wrong.yaml -o out
 sed 's/name: own/name: a|b/' own.yaml >wrong.yaml

@@ -22,7 +22,7 @@ diverged "its energy is negative" scheme.dt=0.2
 diverged "its energy is negative" scheme.dt=0.05 method.energy=thermal
 diverged "far outside of" scheme.dt=0.2 "regions.1.velocity=[9e30]"
 diverged "a support does not converge" boundaries= method.neighbors=300
-diverged "the time step collapsed to 1e-30" scheme.dt=1e-30
+diverged "the time step collapsed to 1e-30 at time 0: fixed; such" scheme.dt=1e-30
 diverged "the time step collapsed to 1.57415e-23 at time 0: node" "regions.1.velocity=[1e20]"
 diverged "time 0." scheme.dt=0.02 # not in the first step
 diverged "a node in it needs partners up to" "boundaries.x=[{kind: inflow, depth: 1}, outflow]" \
@@ -70,6 +70,13 @@ rm -rf out
 # ---- a parent process that ignores SIGCHLD
 ok env --ignore-signal=CHLD "$kith" run tiny.yaml --quiet -o out
 rm -rf out
+
+# ---- what is no number of threads leaves the default, of a thread for 2000 nodes
+for threads in '' 0 many -1; do
+  OMP_NUM_THREADS=$threads "$kith" run tiny.yaml --quiet -o out >stdout 2>stderr || wrong "threads '$threads'"
+  grep -q '"threads": 1,' out/report.json || wrong "'$threads': $(grep threads out/report.json)"
+  rm -rf out
+done
 
 # ---- the wall time is over
 stopped 1 "stopped; go on with the same command and --restart out/checkpoint.kith" \

@@ -71,6 +71,9 @@ rows "${row/sod/my-tub.yaml}, at_most: 0.1"
 stopped 2 "own.yaml:2: rows.0.scene: 'my-tub.yaml' cannot be read" "$kith" validate own.yaml
 rows "${row/sod/sodd}, at_most: 0.1"
 stopped 2 "rows.0.scene: no scene 'sodd'; did you mean 'sod'" "$kith" validate own.yaml
+rows "${row/scene: sod/scene: zzz}, at_most: 0.1"
+last=$(basename "$(printf '%s\n' "$inputs"/*.yaml | tail -1)" .yaml)
+stopped 2 ", $last" "$kith" validate own.yaml
 
 rows "$row, at_most: 1e-9" \
   "name: twice, dimension: 1, scene: sod, settings: 'resolution=100 until=0.05', measure: norms.density.l1,

@@ -203,6 +203,9 @@ static void check_tables(void) {
     CHECK(k == 0 ? reason == NULL : reason != NULL && strstr(reason, k == 1 ? "density" : "energy") != NULL);
   }
   kith_free(&table.settings);
+  write_file("\xef\xbb\xbf" /* what editors put in front of UTF-8 */ "1 2\n0 1\n1 2\n2 3\n");
+  CHECK_OK(load_table(&table));
+  kith_free(&table.settings);
   check_refused_table("1 2\n0 1\n1 2\n# comment\n2 0.5\n", ":5:", "0.5"); /* falls along the energy */
   check_refused_table("1 2\n0 1\n1 2\n0.7 3\n", ":4:", "0.7");            /* falls along the density */
   check_refused_table("1 1\n0 1\n1 2\n2 3\n", ":1:", "density 1");

@@ -265,6 +265,11 @@ static void glass(void) {
   CHECK(least > 0.9 && most < 1.1);
   CHECK(sqrt(squares / n - mean * mean) < 0.006); /* 0.002 to 0.004 */
   if (NDIM > 1) CHECK(most > least + 0.01);
+  /* A region that is thinner than a cell, or halves one, would be squeezed. */
+  CHECK_STATUS(NDIM > 1 ? KITH_BAD_INPUT : KITH_OK, kith_lattice_fit(&fit, KITH_LATTICE_GLASS, &box, 4));
+  CHECK_STATUS(NDIM > 1 ? KITH_BAD_INPUT : KITH_OK,
+               kith_lattice_fit(&fit, KITH_LATTICE_GLASS, &box, 1. / 1.5));
+  CHECK_OK(kith_lattice_fit(&fit, KITH_LATTICE_GLASS, &box, 1.05));
 }
 
 /* Signs agree with disturbances that grow or decay in runs (`kith stress rest-cubic-2d` and others). Oracle

@@ -15,9 +15,9 @@ static void refused(const char *text, const char *wanted) {
 }
 
 static void syntax(void) {
-  refused("", "f:1: the scene is empty");
-  refused("# nothing\n\n", "f:1: the scene is empty");
-  refused("---\n~\n", "f:2: the scene is empty");
+  refused("", "f:1: the file is empty");
+  refused("# nothing\n\n", "f:1: the file is empty");
+  refused("---\n~\n", "f:2: the file is empty");
   refused("- a\n- b\n", "f:1: a list where a map belongs");
   refused("\nword\n", "f:2: 'word' where a map belongs");
   refused("a: 1\nb: 2\na: 3\n", "f:3: a: duplicate key, first on line 1");

@@ -165,6 +165,8 @@ static const struct wrong missing[] = {
      "f:8: regions.0.equilibrium: not together with frozen: their density stays as given"},
     {8, "  - {material: gas, density: 1, pressure: 1, barrier: true, velocity: [1, 0, 0]}",
      "f:8: regions.0.velocity: not together with barrier, which is a wall at rest"},
+    {8, "  - {material: gas, density: 1, pressure: 1, frozen: true, velocity: [1, 0, 0]}",
+     "f:8: regions.0.velocity: not together with frozen: its nodes never move; leave it out, or set it to 0"},
     {11, "energy: {center: [0, 0, 0]}", "f:11: energy.energy: missing; it is required"},
     {11, "energy: [{energy: 1, over: ball}]",
      "f:11: energy.0.radius: missing; radius or spacings is required"},

@@ -12,6 +12,10 @@ static void check_quoted_failure(void) {
   CHECK(kith_failed_node() == -1);
   CHECK_STATUS(KITH_DIVERGED, kith_fail_node(KITH_DIVERGED, 7, "node %d: %s", 7, kith_failure()));
   CHECK(kith_failed_node() == 7 && strncmp(kith_failure(), "node 7: a longer", 16) == 0);
+  char list[4096] = ""; /* a list that is too long is cut between two of its words */
+  while (strlen(list) < sizeof list - 8) strcat(list, "words, ");
+  CHECK_STATUS(KITH_BAD_FILE, kith_fail(KITH_BAD_FILE, "%s", list));
+  CHECK(strlen(kith_failure()) > 1900 && strcmp(strrchr(kith_failure(), 's'), "s, ...") == 0);
   CHECK_STATUS(KITH_BAD_FILE, kith_fail(KITH_BAD_FILE, "of no node"));
   CHECK(kith_failed_node() == -1);
 }
