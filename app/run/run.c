@@ -78,13 +78,18 @@ static kith_status check_read(const char *trace, const char *read) {
   KITH_FAIL(BAD_INPUT, "--trace: %s is the file %s, which this run reads", trace, read);
 }
 
+static const char *without_dot(const char *path) {
+  while (strncmp(path, "./", 2) == 0) path += 2;
+  return path;
+}
+
 /* Is the file in this directory, which need not be there yet? */
 static bool is_in(const char *path, const char *directory) {
   const int length = kith_path_folder(path);
   char folder[KITH_PATH], wanted[KITH_PATH];
-  snprintf(folder, sizeof folder, "%.*s", length, length > 0 ? path : "./");
+  snprintf(folder, sizeof folder, "%.*s", length > 0 ? length : 2, length > 0 ? path : "./");
   snprintf(wanted, sizeof wanted, "%s%s", directory, directory[strlen(directory) - 1] == '/' ? "" : "/");
-  return strcmp(folder, wanted) == 0 || kith_is_same_file(folder, wanted);
+  return strcmp(without_dot(folder), without_dot(wanted)) == 0 || kith_is_same_file(folder, wanted);
 }
 
 /* Tests now whether the trace can be written, not at the end. The report is the only result whose name ends

@@ -296,9 +296,10 @@ for bad in out/history.csv out/report.json out/snapshot_0001.hdf "$PWD/out/plot.
   refused "kith: --trace: $bad may be the name of a result; in the directory of the results" \
     "$kith" run tiny.yaml --quiet -o out --trace "$bad"
 done
+refused "may be the name of a result" "$kith" run tiny.yaml --quiet -o "$PWD" --trace history.csv
 refused "may be the name of a result" "$kith" run tiny.yaml --quiet -o no/such --trace no/such/history.csv
 [[ ! -e no ]] || wrong "a refused trace left a directory"
-ok "$kith" run tiny.yaml --quiet -o no/such --trace no/such/trace.json
+ok "$kith" run tiny.yaml --quiet -o no/such --trace ./no/such/trace.json
 ok "$kith" run tiny.yaml --quiet -o "$PWD/no/such/" --trace no/such/trace.json
 [[ -s no/such/trace.json ]] || wrong "no trace in the directory of the results"
 
