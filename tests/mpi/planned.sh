@@ -8,7 +8,7 @@ settings=()
 for setting in "$@"; do settings+=(--set "$setting"); done
 rm -rf "$out" && mkdir -p "$out"
 $mpirun -n "$ranks" "$program" run "$scene" "${settings[@]}" --set output.plot=false --steps 4 --quiet \
-  --profile --trace "$out/trace" -o "$out" >"$out/profile"
+  --profile --trace "$out/trace.json" -o "$out" >"$out/profile"
 "$program" plan "$scene" "${settings[@]}" --ranks "$ranks" >"$out/plan"
 # number KEY: a number in the report; of a distribution over ranks, its mean.
 number() {
@@ -24,11 +24,12 @@ near() {
     { echo "$1: $2 in the run, $3 in the plan" && exit 1; }
 }
 for ((rank = 0; rank < ranks; ++rank)); do
-  (($(grep -c "\"ph\":\"X\",\"pid\":$rank,.*\"path\":\"step/lifecycle\"" "$out/trace") >= 4)) ||
+  (($(grep -c "\"ph\":\"X\",\"pid\":$rank,.*\"path\":\"step/lifecycle\"" "$out/trace.json") >= 4)) ||
     { echo "the trace lacks rank $rank" && exit 1; }
 done
-[[ $(head -1 "$out/trace")$(tail -1 "$out/trace") == "[]" ]] || { echo "the trace is not whole" && exit 1; }
-grep -o '"path":"[^"]*"' "$out/trace" | sort -u | sed 's/"path":\(.*\)/\1: {/' >"$out/stages"
+[[ $(head -1 "$out/trace.json")$(tail -1 "$out/trace.json") == "[]" ]] ||
+  { echo "the trace is not whole" && exit 1; }
+grep -o '"path":"[^"]*"' "$out/trace.json" | sort -u | sed 's/"path":\(.*\)/\1: {/' >"$out/stages"
 while read -r stage; do
   grep -qF "$stage" "$out/report.json" || { echo "the report lacks a stage of a rank: $stage" && exit 1; }
   name=${stage%'": {'} name=${name##*[/\"]}
