@@ -10,9 +10,10 @@
  *   - van Leer's limiter 4 r / (1 + r)^2 of the ratio r of both slopes;
  *   - max(0, 1 - (5 (s - 1))^2) for pairs at a distance of s < 1 mean node spacings of the denser end; they
  *     have exp(-(5 (s - 1))^2);
- *   - 1 / (1 + 5 ((c_i - c_j) / (c_i + c_j))^2), which is ours. In a shock the sound speed jumps, so a pair
- *     has nearly the viscosity without a limiter, and there is no noise behind the shock; smooth flow and
- *     vortices keep the limiter.
+ *   - 1 / (1 + max(5 J_c^2, 4 min(|J_rho|, |J_B|)^3)), J_c = (c_i - c_j) / (c_i + c_j), J_rho and J_B the
+ *     same of the density and of B = rho c^2, which is ours. In a shock the sound speed jumps, or, if gamma
+ *     is near 1, density and B do, which at a contact do not jump together. So a pair has nearly the viscosity
+ *     without a limiter, and there is no noise behind the shock; smooth flow and vortices keep the limiter.
  * Figures for these choices, and for that of w below: page on methods, Viscosity.
  *
  * The signal speed of a pair is max(1, (1 + 0.6 alpha) / 1.6) c_mean - beta mu; it grows with alpha beyond 1
@@ -221,14 +222,18 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
   const double slope_i = kith_symmetric_form(i + KITH_PACKED_SHEAR, 1, p.x, p.y, p.z),
                slope_j = kith_symmetric_form(&J(KITH_PACKED_SHEAR), KITH_STRIDE, p.x, p.y, p.z);
   const double product = slope_i * slope_j, sum = slope_i + slope_j;
-  const double sounds = i[KITH_PACKED_SOUND] + J(KITH_PACKED_SOUND),
-               jump = (i[KITH_PACKED_SOUND] - J(KITH_PACKED_SOUND)) / KITH_MAX(sounds, DBL_MIN);
-  const double van_leer = product > 0 ? 4 * product / (sum * sum * (1 + 5 * jump * jump)) : 0;
+  const double ci = i[KITH_PACKED_SOUND], cj = J(KITH_PACKED_SOUND), sounds = ci + cj,
+               di = i[KITH_PACKED_DENSITY], dj = J(KITH_PACKED_DENSITY), densities = di + dj,
+               bi = di * ci * ci, bj = dj * cj * cj, heated = (ci - cj) / KITH_MAX(sounds, DBL_MIN),
+               denser = fabs(di - dj) / densities, stiffer = fabs(bi - bj) / KITH_MAX(bi + bj, DBL_MIN),
+               pressed = KITH_MIN(denser, stiffer),
+               front = KITH_MAX(5 * heated * heated, 4 * pressed * pressed * pressed);
+  const double van_leer = product > 0 ? 4 * product / (sum * sum * (1 + front)) : 0;
   p.closer = kith_closer(c->spacings, KITH_MAX(p.qi, p.qj));
   const double near = 5 * p.closer, phi = van_leer * KITH_MAX(1 - near * near, 0.0);
   const double limited = KITH_MAX(p.vx - 0.5 * phi * sum, p.vx);
   const double difference = c->limited > 0 ? limited : p.vx;
-  const double densities = i[KITH_PACKED_DENSITY] + J(KITH_PACKED_DENSITY), apart = KITH_MAX(p.r, 1e-100),
+  const double apart = KITH_MAX(p.r, 1e-100),
                inverse = 1 / (apart * densities); /* a division takes the time of ten products */
   p.inverse_r = inverse * densities, p.inverse_densities = inverse * apart;
   p.mu = p.vx < 0 ? KITH_MIN(difference, 0.0) * p.inverse_r : 0;

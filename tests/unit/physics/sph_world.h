@@ -367,7 +367,12 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
       fmin(t->support[i], t->support[p->node]) / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
   const double close = p->r < spacing ? 5 * (1 - p->r / spacing) : 0,
                heat_jump = (t->sound[i] - t->sound[p->node]) / (t->sound[i] + t->sound[p->node]),
-               phi = close < 1 ? van_leer * (1 - close * close) / (1 + 5 * heat_jump * heat_jump) : 0;
+               rho = t->density[i], other = t->density[p->node], modulus = rho * pow(t->sound[i], 2),
+               other_modulus = other * pow(t->sound[p->node], 2),
+               pressed = fmin(fabs(rho - other) / (rho + other),
+                              fabs(modulus - other_modulus) / (modulus + other_modulus)),
+               front = fmax(5 * pow(heat_jump, 2), 4 * pow(pressed, 3)),
+               phi = close < 1 ? van_leer * (1 - close * close) / (1 + front) : 0;
   const double jump = vx - phi * (si + sj) / 2;
   return fmin(0, fmax(jump, vx)) / p->r;
 }

@@ -106,8 +106,9 @@ static void spread_out(struct world *w) {
   }
 }
 
-/* A lattice of equal energies is compressed linearly: the limiter finds no velocity difference for nodes all
- * of whose pairs are at the mean spacing (that of the denser end) or beyond. */
+/* A lattice of equal masses and energies is compressed linearly: for nodes all of whose pairs are at the mean
+ * spacing (that of the denser end) or beyond, the limiter leaves no velocity difference but the part by which
+ * densities differ. */
 static void check_linear(enum kith_traversal traversal) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, traversal, false, 1, 2,
                            KITH_BALSARA_NONE};
@@ -115,12 +116,12 @@ static void check_linear(enum kith_traversal traversal) {
   const double matrix[9] = {-0.7, 0.3, 0.2, -0.1, -0.9, 0.1, 0.1, -0.2, -0.6};
   struct world w;
   struct truth t = {0};
-  double rate[MOST];
+  double rate[MOST], whole[MOST];
   int away = 0, close = 0;
   world_create(&w, NDIM == 3 ? (const int[3]){7, 6, 3} : box, OPEN, 0.2, &m, 4);
   if (NDIM == 3) spread_out(&w);
   for (int k = 1; k < 3; ++k) w.hydro.material[k] = w.hydro.material[0];
-  for (int i = 0; i < w.nodes->n_internal; ++i) w.hydro.energy->f64[i] = 1;
+  for (int i = 0; i < w.nodes->n_internal; ++i) w.hydro.energy->f64[i] = w.hydro.mass->f64[i] = 1;
   for (int i = 0; i < w.nodes->n_internal; ++i)
     for (int a = 0; a < NDIM; ++a) {
       w.hydro.velocity->f64[i * NDIM + a] = 3;
@@ -131,14 +132,20 @@ static void check_linear(enum kith_traversal traversal) {
   world_root(&w, &t);
   world_base(&w);
   viscous_rates(&w, 1, 2, rate);
+  ((struct kith_viscosity_settings *)w.settings)->name = KITH_VISCOSITY_MONAGHAN;
+  viscous_rates(&w, 1, 2, whole);
   const double scale = largest(rate, w.nodes->n_internal);
   for (int i = 0; i < w.nodes->n_internal; ++i) {
     bool all = true;
+    double jump = 0;
     for (size_t k = t.partners.first[i]; k < t.partners.first[i + 1]; ++k) {
       const struct partner *p = &t.partners.partner[k];
       if (p->r * spacings < fmin(t.support[i], t.support[p->node]) * (1 - 1e-9)) all = false;
+      const double one = t.density[i], other = t.density[p->node];
+      jump = fmax(jump, fabs(one - other) / (one + other));
     }
-    if (all) CHECK_CLOSE(rate[i], 0, 1e-12 * scale); /* G is exact to 1e-13, and rates are differences */
+    if (all) /* G is exact to 1e-13, and rates are differences */
+      CHECK_CLOSE(rate[i], 0, 1e-12 * scale + 4 * pow(jump, 3) * whole[i]);
     away += all, close += !all;
   }
   CHECK(away > 0 && close > 0);
