@@ -371,7 +371,8 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
                other_modulus = other * pow(t->sound[p->node], 2),
                pressed = fmin(fabs(rho - other) / (rho + other),
                               fabs(modulus - other_modulus) / (modulus + other_modulus)),
-               front = fmax(5 * pow(heat_jump, 2), 4 * pow(pressed, 3)),
+               mach = 2 * vx / p->r / (t->sound[i] + t->sound[p->node]),
+               front = fmax(5 * pow(heat_jump, 2), 4 * pow(pressed, 3) * fmin(1, mach * mach)),
                phi = close < 1 ? van_leer * (1 - close * close) / (1 + front) : 0;
   const double jump = vx - phi * (si + sj) / 2;
   return fmin(0, fmax(jump, vx)) / p->r;
