@@ -40,7 +40,7 @@ cp "$out/first/checkpoint.kith" "$out/damaged.kith" &&
   printf 'damage' | dd of="$out/damaged.kith" bs=1 seek=2000 conv=notrunc 2> "$out/err" || failed=1
 expect 2 "its checksum is wrong" $mpirun -n 3 $run --restart "$out/damaged.kith"
 # Settings that only affect several ranks are checked on one process too.
-expect 2 "has two passes before its forces" $run --set partition.ghosts=recompute --set method.package=crk
+expect 2 "does not compute values of ghosts" $run --set partition.ghosts=recompute --set method.package=crk
 expect 2 "only the owner of a node keeps the history" $run --set partition.ghosts=recompute \
   --set method.viscosity.name=cullen-dehnen
 expect 2 "reproducible runs take exchange" $run --set partition.ghosts=recompute --set reproducible=true

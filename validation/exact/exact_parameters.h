@@ -30,16 +30,16 @@ static inline bool kith_exact_spans(const struct kith_exact_scene *scene,
   return spans;
 }
 
-/* Sets half[2] to the left and the right one of two regions that touch along axis 0 and fill the domain, in
- * whatever order the scene has them. False if the scene does not have two such regions. */
+/* Sets half[2] to the left and the right one of two regions that touch along axis 0 and reach across the
+ * domain, in whatever order the scene has them. Along axis 0 they may end before it does: then windows leave
+ * out their ends. False if the scene does not have two such regions. */
 static inline bool kith_exact_halves(const struct kith_exact_scene *scene,
                                      const struct kith_exact_region *half[2]) {
   const struct kith_exact_region *first = &scene->region[0], *second = &scene->region[1];
   const bool swapped = first->lower[0] > second->lower[0] || first->upper[0] > second->upper[0];
   half[0] = swapped ? second : first, half[1] = swapped ? first : second;
-  const double close = 1e-12 * (scene->upper[0] - scene->lower[0]);
-  return scene->n_regions == 2 && fabs(half[0]->upper[0] - half[1]->lower[0]) <= close &&
-         half[0]->lower[0] <= scene->lower[0] + close && half[1]->upper[0] >= scene->upper[0] - close &&
+  return scene->n_regions == 2 &&
+         fabs(half[0]->upper[0] - half[1]->lower[0]) <= 1e-12 * (scene->upper[0] - scene->lower[0]) &&
          kith_exact_spans(scene, half[0]) && kith_exact_spans(scene, half[1]);
 }
 

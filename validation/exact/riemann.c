@@ -292,8 +292,8 @@ const struct kith_exact_ops kith_exact_riemann = {
     KITH_SETTINGS(params, settings),
     .derive = derive,
     .derived_from =
-        "two regions of constant state that touch in a plane x = const and fill the domain, without external "
-        "forces, or of one beside a void",
+        "two regions of constant state that touch in a plane x = const and reach across the domain, without "
+        "external forces, or of one beside a void",
     .check = check,
     .create = riemann_create,
     .state = riemann_state,

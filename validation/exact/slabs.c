@@ -55,8 +55,8 @@ const struct kith_exact_ops kith_exact_slabs = {
     KITH_SETTINGS(params, slabs),
     .derive = derive,
     .derived_from =
-        "two regions of constant state that touch in a plane x = const and fill the domain, without external "
-        "forces",
+        "two regions of constant state that touch in a plane x = const and reach across the domain, without "
+        "external forces",
     .state = state,
     .not_ideal = true,
 };

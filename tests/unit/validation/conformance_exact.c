@@ -155,7 +155,7 @@ static void check_derived_values(void) {
 }
 
 /* Half spaces are told apart by where they are, not by the order in which the scene has them. Regions that do
- * not touch, or do not fill the domain with gas on which no force acts, are none: nothing follows. */
+ * not touch, or do not reach across the domain, or feel a force, are none: nothing follows. */
 static void check_derived_halves(void) {
   static const struct kith_exact_ops *const halves[] = {&kith_exact_riemann, &kith_exact_slabs};
   const double velocity[] = {0.3, 0.4, 0};
@@ -177,7 +177,7 @@ static void check_derived_halves(void) {
       halves[k]->derive(settings, &scene);
       const struct exact_parameters p = exact_parameters_of(halves[k], settings);
       kith_free(&settings);
-      if (way < 2 || (way == 7 && NDIM == 1))
+      if (way < 2 || way == 3 || way == 4 || (way == 7 && NDIM == 1))
         CHECK(p.density[0] == 1 && p.density[1] == 2 && p.pressure[0] == 0.5 && p.interface_position == 0.2);
       else
         CHECK(isnan(p.interface_position) && isnan(p.density[0]));

@@ -118,8 +118,8 @@ static void other_settings(void) {
       "scheme.dt=0.002",
       "connectivity.rebuild=displacement connectivity.skin=0.05",
       "boundaries.x=[open,reflecting] connectivity.rebuild=displacement",
-      "scheme.steps=block arrangement=equal-spacing regions.1.density=10 regions.1.frozen=true "
-      "regions.1.velocity=[0,0,0]",
+      ("scheme.steps=block arrangement=equal-spacing regions.1.density=10 regions.1.frozen=true "
+       "regions.1.velocity=[0,0,0]"),
       "connectivity.rebuild=never connectivity.skin=0.5 scheme.cfl=0.3",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 connectivity.rebuild=displacement",
