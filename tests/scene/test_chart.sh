@@ -228,7 +228,7 @@ code=$?
 grep -Eq '^\| own +\| to 0.03 +\| none +\|$' stdout || wrong "another table: $(<stdout)"
 grep -q "^- no step at 0.02: failed, step 1, time 0: the time step collapsed" own/stress.md ||
   wrong "no reason: $(<own/stress.md)"
-# A misspelt setting is none that does not pass, whether of a method, of a value or of the sweep.
+# A misspelled setting is none that does not pass, whether of a method, of a value or of the sweep.
 sed 's/scheme.dt: 1e-300/method.package: xyz/' own.yaml >wrong.yaml
 refused "wrong.yaml:5: sweep own at 0.02, method no step: --set method.package: 'xyz' is not one of" \
   "$kith" stress wrong.yaml -o out

@@ -54,6 +54,7 @@ static void conforms(const char *words) {
   struct kith_stored stored;
   uint64_t state = 2;
   CHECK_OK(kith_stored_create(&stored, words));
+  CHECK(kith_stored_bytes(&stored) == 0);   /* nothing was built yet */
   for (int round = 0; round < 3; ++round) { /* rounds use the memory again */
     const kith_index n = round == 1 ? 0 : 1500 - 500 * round;
     kith_index *node = malloc(((size_t)n + 1) * sizeof *node);
