@@ -10,12 +10,12 @@
  *   - van Leer's limiter 4 r / (1 + r)^2 of the ratio r of both slopes;
  *   - max(0, 1 - (5 (s - 1))^2) for pairs at a distance of s < 1 mean node spacings of the denser end; they
  *     have exp(-(5 (s - 1))^2);
- *   - 1 / (1 + max(5 J_c^2, 4 min(|J_rho|, |J_B|)^3 min(1, M^2))), J_c = (c_i - c_j) / (c_i + c_j), J_rho
- *     and J_B the same of the density and of B = rho c^2, M = |v_ij . x_ij| / (|x_ij| c_mean), which is ours.
- *     In a shock the sound speed jumps, or, if gamma is near 1, density and B do, which at a contact do not
- *     jump together. So a pair has nearly the viscosity without a limiter, and there is no noise behind the
- *     shock; smooth flow and vortices keep the limiter. M leaves light nodes alone that swing beside heavy
- *     ones, where sums of masses have jumps of both.
+ *   - 1 / (1 + max(5 J_c^2, 4 min(|J_rho|, |J_rho + 2 J_c|)^3 min(1, M^2))), J_c = (c_i - c_j) / (c_i + c_j),
+ *     J_rho the same of the density, M = |v_ij . x_ij| / (|x_ij| c_mean), which is ours. J_rho + 2 J_c is, to
+ *     first order, the jump of the modulus rho c^2. In a shock the sound speed jumps, or, if gamma is near 1,
+ *     density and modulus do, which at a contact do not jump together. So a pair has nearly the viscosity
+ *     without a limiter, and there is no noise behind the shock; smooth flow and vortices keep the limiter. M
+ *     leaves light nodes alone that swing beside heavy ones, where sums of masses have jumps of both.
  * Figures for these choices, and for that of w below: page on methods, Viscosity.
  *
  * The signal speed of a pair is max(1, (1 + 0.6 alpha) / 1.6) c_mean - beta mu; it grows with alpha beyond 1
@@ -226,17 +226,15 @@ KITH_INLINE struct kith_viscous_pair kith_viscous_pair(const struct kith_viscosi
   const double product = slope_i * slope_j, sum = slope_i + slope_j;
   const double ci = i[KITH_PACKED_SOUND], cj = J(KITH_PACKED_SOUND), sounds = ci + cj,
                di = i[KITH_PACKED_DENSITY], dj = J(KITH_PACKED_DENSITY), densities = di + dj,
-               apart = KITH_MAX(p.r, 1e-100), fast = KITH_MAX(sounds, 1e-100),
-               inverse = 1 / (apart * densities * fast), /* a division takes the time of ten products */
-      inverse_sounds = inverse * apart * densities;
-  p.inverse_r = inverse * densities * fast, p.inverse_densities = inverse * apart * fast;
-  const double bi = di * ci * ci, bj = dj * cj * cj, heated = (ci - cj) * inverse_sounds,
-               denser = fabs(di - dj) * p.inverse_densities,
-               stiffer = fabs(bi - bj) / KITH_MAX(bi + bj, DBL_MIN), pressed = KITH_MIN(denser, stiffer),
-               mach = 2 * p.vx * p.inverse_r * inverse_sounds,
-               front = KITH_MAX(5 * heated * heated,
-                                4 * pressed * pressed * pressed * KITH_MIN(1.0, mach * mach));
-  const double van_leer = product > 0 ? 4 * product / (sum * sum * (1 + front)) : 0;
+               fast = KITH_MAX(sounds, 1e-100), inverse = 1 / (densities * fast),
+               inverse_sounds = inverse * densities;
+  p.inverse_r = 1 / KITH_MAX(p.r, 1e-100), p.inverse_densities = inverse * fast;
+  /* Over r^2, so that the division of van Leer's limiter need not wait for 1 / r. */
+  const double heated = (ci - cj) * inverse_sounds, denser = (di - dj) * p.inverse_densities,
+               pressed = KITH_MIN(fabs(denser), fabs(denser + 2 * heated)), speed = p.vx * inverse_sounds,
+               front = KITH_MAX(5 * heated * heated * r2,
+                                pressed * pressed * pressed * KITH_MIN(4 * r2, 16 * speed * speed));
+  const double van_leer = product > 0 ? 4 * product * r2 / KITH_MAX(sum * sum * (r2 + front), DBL_MIN) : 0;
   p.closer = kith_closer(c->spacings, KITH_MAX(p.qi, p.qj));
   const double near = 5 * p.closer, phi = van_leer * KITH_MAX(1 - near * near, 0.0);
   const double limited = KITH_MAX(p.vx - 0.5 * phi * sum, p.vx);

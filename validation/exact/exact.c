@@ -35,7 +35,7 @@ void kith_exact_offset(const struct kith_exact_gas *about, const double *x, doub
   offset[0] = offset[1] = offset[2] = 0;
   for (int a = 0; a < NDIM; ++a) {
     const double d = x[a] - about->center[a] - about->uniform_velocity[a] * time;
-    offset[a] = about->period[a] > 0 ? remainder(d, about->period[a]) : d;
+    offset[a] = about->period[a] > 0 ? d - about->period[a] * rint(d / about->period[a]) : d;
   }
 }
 

@@ -367,10 +367,8 @@ static inline double truth_jump(const struct world *w, const struct truth *t, in
       fmin(t->support[i], t->support[p->node]) / pow(w->package.neighbors / oracle_ball(), 1.0 / NDIM);
   const double close = p->r < spacing ? 5 * (1 - p->r / spacing) : 0,
                heat_jump = (t->sound[i] - t->sound[p->node]) / (t->sound[i] + t->sound[p->node]),
-               rho = t->density[i], other = t->density[p->node], modulus = rho * pow(t->sound[i], 2),
-               other_modulus = other * pow(t->sound[p->node], 2),
-               pressed = fmin(fabs(rho - other) / (rho + other),
-                              fabs(modulus - other_modulus) / (modulus + other_modulus)),
+               rho = t->density[i], other = t->density[p->node], mass_jump = (rho - other) / (rho + other),
+               pressed = fmin(fabs(mass_jump), fabs(mass_jump + 2 * heat_jump)),
                mach = 2 * vx / p->r / (t->sound[i] + t->sound[p->node]),
                front = fmax(5 * pow(heat_jump, 2), 4 * pow(pressed, 3) * fmin(1, mach * mach)),
                phi = close < 1 ? van_leer * (1 - close * close) / (1 + front) : 0;
