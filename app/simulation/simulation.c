@@ -213,8 +213,6 @@ static kith_status check_combination(const struct kith_simulation *m) {
         "take always");
     REFUSE_IF(package.all_rows != NULL, key, "%s need the rows of all nodes: take %s", package.all_rows,
               take);
-    REFUSE_IF(any_region(s, is_coupled), key,
-              "what barriers, layers and damage let pass follows from the rows of all nodes: take %s", take);
     REFUSE_IF(recompute, "partition.ghosts",
               "where not all nodes are active, ghosts have no rows; take exchange");
     REFUSE_IF(

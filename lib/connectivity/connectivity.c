@@ -140,8 +140,8 @@ kith_status kith_connectivity_build(struct kith_connectivity *c, const struct ki
   if (nodes->stretched != NULL && (need.overlap || need.intersection))
     KITH_FAIL(UNSUPPORTED, "overlap and intersection of supports that are ellipsoids");
   const bool idle = any_idle(nodes);
-  if (idle && (need.ghost_rows || need.overlap || need.intersection))
-    KITH_FAIL(UNSUPPORTED, "rows of ghosts, overlap and intersection while nodes are idle");
+  if (idle && (need.ghost_rows || need.overlap))
+    KITH_FAIL(UNSUPPORTED, "rows of ghosts and overlap while nodes are idle");
   KITH_TRY(kith_excluder_keeps_pairs(excluders));
   KITH_TRY(kith_search_fresh(search));
   KITH_TRY(kith_list_spec_prepare(&spec, &c->scratch, &build));

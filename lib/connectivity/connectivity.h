@@ -20,8 +20,9 @@
  * Patching: when ghosts are culled, everything is renumbered and nothing is rebuilt. The result is bitwise
  * identical to a build on the culled nodes
  *   rows, pairs, f_couple, intersection      for any set of kept ghosts: they are facts about kept nodes
- *   intersection with obstacles; overlap,    if every ghost in the row of an internal node is kept
- *   rows of internal nodes only              (kith_connectivity_mark_ghosts)
+ *   intersection with obstacles, if no node  if every ghost in the row of an internal node is kept
+ *   is idle; overlap, rows of internal       (kith_connectivity_mark_ghosts)
+ *   nodes only
  *   overlap with ghost_rows                  if every ghost in the row of any kept node is kept: a removed
  *                                            ghost may have been the only node that two supports share
  * Excluders must then tell nodes apart by their fields and not by their index. */
@@ -69,9 +70,9 @@ size_t kith_connectivity_bytes(const struct kith_connectivity *connectivity);
 
 /* Builds what `need` requires, with rows that are a neighbor list of the nodes and themselves (list.h). STALE
  * if the search is. excluders: chain or NULL; BAD_INPUT if one makes rows that are not symmetric. profile:
- * stages rows, overlap, overlap pairs, pairs, intersection; may be NULL. UNSUPPORTED if rows of ghosts,
- * overlap or intersection are required while nodes are idle, or overlap or intersection of supports that are
- * ellipsoids. On failure nothing is there. */
+ * stages rows, overlap, overlap pairs, pairs, intersection; may be NULL. While nodes are idle there are the
+ * rows, pairs and intersections of active ones (build.c). UNSUPPORTED if rows of ghosts or overlap are
+ * required then, or overlap or intersection of supports that are ellipsoids. On failure nothing is there. */
 kith_status kith_connectivity_build(struct kith_connectivity *connectivity, const struct kith_nodes *nodes,
                                     struct kith_search *search, struct kith_requirements need,
                                     struct kith_excluder *excluders, struct kith_profile *profile);

@@ -72,29 +72,31 @@ static void drop_entries(struct kith_connectivity *c, const double *f_couple, ui
   kith_rows_compact(rows);
 }
 
-/* A node of the intersection is kept if both ends still see it, as far as there are rows; the ends belong to
- * it. */
-static bool is_common(const struct kith_connectivity *c, const uint64_t *lost, size_t p, size_t e) {
+/* A node of the intersection is kept if both ends still see it, as far as there are whole rows; the ends
+ * belong to it. */
+static bool is_common(const struct kith_connectivity *c, const struct kith_nodes *nodes, const uint64_t *lost,
+                      size_t p, size_t e) {
   const kith_index *end = c->pairs.node[p], k = c->intersection.node[e];
   const int zero = c->rows.zero, shift[] = {zero, c->pairs.shift != NULL ? c->pairs.shift[p] : 0},
             s = kith_row_shift(&c->intersection, e);
   for (int m = 0; m < 2; ++m)
     if (k == end[m] && s == shift[m]) return true;
   for (int m = 0; m < 2; ++m)
-    if (end[m] < c->rows.n && (lost[end[m]] & bit_of(k)) != 0 &&
+    if (end[m] < c->rows.n && kith_node_active(nodes, end[m]) && (lost[end[m]] & bit_of(k)) != 0 &&
         !kith_rows_hold(&c->rows, end[m], k, zero + s - shift[m]))
       return false;
   return true;
 }
 
 /* Removes cut pairs and their intersections, and from the others what an end does not see any more. */
-static void drop_pairs(struct kith_connectivity *c, const double *f_couple, const uint64_t *lost) {
+static void drop_pairs(struct kith_connectivity *c, const struct kith_nodes *nodes, const double *f_couple,
+                       const uint64_t *lost) {
   struct kith_rows *common = &c->intersection;
 #pragma omp parallel for schedule(dynamic, 1024) if (c->rows.n > KITH_FEW)
   for (size_t p = 0; p < c->pairs.n; ++p) {
     const bool is_cut_off = f_couple[p] < 0;
     for (size_t e = common->first[p]; e < common->first[p + 1]; ++e)
-      if (is_cut_off || !is_common(c, lost, p, e)) common->node[e] = -1;
+      if (is_cut_off || !is_common(c, nodes, lost, p, e)) common->node[e] = -1;
     if (is_cut_off) c->pairs.node[p][0] = -1;
   }
   kith_rows_compact(common);
@@ -102,11 +104,12 @@ static void drop_pairs(struct kith_connectivity *c, const double *f_couple, cons
 }
 
 /* Removes the pairs whose factor is below 0. */
-static kith_status decouple(struct kith_connectivity *c, const double *f_couple) {
+static kith_status decouple(struct kith_connectivity *c, const struct kith_nodes *nodes,
+                            const double *f_couple) {
   uint64_t *lost = NULL;
   KITH_TRY(kith_resize(&lost, 0, (size_t)c->rows.n, sizeof *lost));
   drop_entries(c, f_couple, lost);
-  drop_pairs(c, f_couple, lost);
+  drop_pairs(c, nodes, f_couple, lost);
   kith_free(&lost);
   kith_pairs_carry(&c->pairs);
   return kith_pairs_of_row(&c->pairs, &c->rows);
@@ -124,7 +127,7 @@ kith_status kith_connectivity_couple(struct kith_connectivity *c, const struct k
     factor->value[p] = factor_of(c, nodes, by, p);
     cuts = cuts || factor->value[p] < 0;
   }
-  if (cuts) KITH_TRY(decouple(c, factor->value));
+  if (cuts) KITH_TRY(decouple(c, nodes, factor->value));
   if (by->damage == NULL) factor->generation = 0; /* not fresh: all that are left are 1 */
   return KITH_OK;
 }

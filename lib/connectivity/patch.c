@@ -75,12 +75,11 @@ static kith_status patch(struct kith_rows *rows, struct kith_pairs *pairs, kith_
                          struct kith_rows *common, const struct cull *cull, kith_index new_rows) {
   const bool lost = renumber_rows(rows, cull, true);
   if (pairs != NULL) renumber_pairs(pairs, n, cull);
-  if (common != NULL) renumber_rows(common, cull, false);
+  /* Pairs of an idle node may have ghosts in common that are in no row. */
+  const bool lost_common = common != NULL && renumber_rows(common, cull, false);
+  if (common != NULL && lost) drop_common(pairs, common);
+  if (common != NULL && (lost || lost_common)) kith_rows_compact(common);
   if (lost) {
-    if (common != NULL) {
-      drop_common(pairs, common);
-      kith_rows_compact(common);
-    }
     if (pairs != NULL) kith_pairs_compact(pairs, n, common);
     kith_rows_compact(rows);
   }

@@ -102,9 +102,9 @@ static kith_status valid_overlap(const struct kith_rows *overlap, const struct k
   return KITH_OK;
 }
 
-/* Both ends, and otherwise only common neighbors (as far as rows tell). */
-static kith_status valid_intersection(const struct kith_connectivity *connectivity, kith_index count,
-                                      kith_index stored) {
+/* Both ends, and otherwise only common neighbors (as far as rows tell: an idle node has no whole row). */
+static kith_status valid_intersection(const struct kith_connectivity *connectivity,
+                                      const struct kith_nodes *nodes, kith_index count, kith_index stored) {
   const struct kith_rows *common = &connectivity->intersection, *rows = &connectivity->rows;
   if ((size_t)common->n != connectivity->pairs.n)
     KITH_FAIL(INTERNAL, "intersection: %d rows for %zu pairs", common->n, connectivity->pairs.n);
@@ -118,7 +118,8 @@ static kith_status valid_intersection(const struct kith_connectivity *connectivi
       const kith_index k = common->node[e];
       const int s = kith_row_shift(common, e);
       if ((k == i && s == zero) || (k == j && s == sj)) continue;
-      if (!kith_rows_hold(rows, i, k, s) || (j < stored && !kith_rows_hold(rows, j, k, zero + s - sj)))
+      if ((kith_node_active(nodes, i) && !kith_rows_hold(rows, i, k, s)) ||
+          (j < stored && kith_node_active(nodes, j) && !kith_rows_hold(rows, j, k, zero + s - sj)))
         KITH_FAIL(INTERNAL, "intersection: %d is no common neighbor of (%d, %d)", k, i, j);
     }
   }
@@ -144,7 +145,7 @@ kith_status kith_connectivity_valid(const struct kith_connectivity *c, const str
     internal.n = nodes->n_internal;
     KITH_TRY(valid_pairs(&internal, &c->overlap_pairs, "overlap pairs"));
   }
-  return c->built.intersection ? valid_intersection(c, count, stored) : KITH_OK;
+  return c->built.intersection ? valid_intersection(c, nodes, count, stored) : KITH_OK;
 }
 
 /* What a sweep has found, by slot. mark: 1 for a node that was touched first, then 2 when it was a target,

@@ -44,10 +44,14 @@ static inline bool oracle_rejected(const struct kith_excluder *chain, const stru
     if (chain->ops->reject(chain, &candidate)) return true;
   return false;
 }
+static inline bool oracle_near(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
+                               int j) {
+  return i != j && (oracle_supports(nodes, i, j) || oracle_supports(nodes, j, i)) &&
+         !oracle_rejected(chain, nodes, i, j);
+}
 static inline bool oracle_neighbors(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
                                     int j) {
-  return i != j && (oracle_supports(nodes, i, j) || oracle_supports(nodes, j, i)) &&
-         (kith_node_active(nodes, i) || kith_node_active(nodes, j)) && !oracle_rejected(chain, nodes, i, j);
+  return (kith_node_active(nodes, i) || kith_node_active(nodes, j)) && oracle_near(nodes, chain, i, j);
 }
 static inline bool oracle_overlap(const struct kith_nodes *nodes, const struct kith_excluder *chain, int i,
                                   int j) {
@@ -73,7 +77,7 @@ static inline bool oracle_between(const struct kith_nodes *nodes, int i, int j, 
 static inline bool oracle_in_intersection(const struct kith_nodes *nodes, const struct kith_excluder *chain,
                                           bool on_segment, int i, int j, int k) {
   if (k == i || k == j) return true;
-  return oracle_neighbors(nodes, chain, i, k) && oracle_neighbors(nodes, chain, j, k) &&
+  return oracle_near(nodes, chain, i, k) && oracle_near(nodes, chain, j, k) &&
          (!on_segment || oracle_between(nodes, i, j, k));
 }
 

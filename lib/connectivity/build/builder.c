@@ -16,7 +16,7 @@ void kith_builder_clear(struct kith_builder *scratch) {
     struct kith_worker *w = &scratch->worker[t];
     kith_runs_clear(&w->runs);
     kith_packed_clear(&w->near);
-    void *const owned[] = {&w->key, &w->hit, &w->idle, &w->bitmap, &w->touched};
+    void *const owned[] = {&w->key, &w->hit, &w->idle, &w->bitmap, &w->touched, &w->found};
     for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
   }
   kith_free(&scratch->worker);
@@ -32,6 +32,7 @@ size_t kith_builder_bytes(const struct kith_builder *scratch) {
   for (int t = 0; t < scratch->threads; ++t) {
     const struct kith_worker *w = &scratch->worker[t];
     bytes += sizeof *w + (size_t)w->runs.capacity * sizeof(struct kith_run) +
+             w->found_capacity * sizeof *w->found +
              (size_t)w->near.capacity *
                  (sizeof *w->near.node + sizeof *w->near.shift + (NDIM + 1) * sizeof(double));
     words += w->key_capacity + w->hit_capacity + w->idle_capacity + w->bitmap_capacity + w->touched_capacity;

@@ -24,7 +24,9 @@ struct kith_worker {
   uint64_t *key; /* candidates as node << 32 | slot, three arrays: internal, ghost, spare for merging */
   uint64_t *hit, *idle;       /* [near.words] */
   uint64_t *bitmap, *touched; /* a set of nodes, and which words of it are not 0; both 0 between uses */
-  size_t key_capacity, hit_capacity, idle_capacity, bitmap_capacity, touched_capacity, candidates;
+  kith_index *found;          /* what a query of the search has found */
+  size_t key_capacity, hit_capacity, idle_capacity, bitmap_capacity, touched_capacity, found_capacity;
+  size_t candidates;
 };
 
 /* Chunks are fixed shares of the groups: their contents do not depend on which thread filled them. */

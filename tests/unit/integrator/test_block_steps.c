@@ -70,6 +70,7 @@ static void conservation(void) {
   check_random_steps("traversal=gather");
   check_random_steps("method.viscosity.name=cullen-dehnen");
   check_random_steps("scheme.ratio=2");
+  check_random_steps("method.package=crk regions.1.porosity=0.3 regions.0.damage=0.5*x");
 }
 
 /* With a fixed step there is one level, and the run is that of a global step, except for the prediction of
@@ -140,6 +141,37 @@ static void round_off_decides_no_step(void) {
   scenario_close(&other);
 }
 
+/* A plate of which a support reaches through: with block steps and with a window the gas on both sides is where
+ * it is with global steps, and no energy is lost. With block steps velocities differ by 0.04 to 0.3 % of the
+ * largest, as the same blocks do without a plate. */
+static void plate(void) {
+  static const char scene[] =
+      "dimension: 3\nscene: plate\nresolution: {1d: 50, 2d: 20, 3d: 12}\narrangement: equal-spacing\n"
+      "domain: {lower: [-1, 0, 0], upper: [0.5, 1, 1], across: 6}\n"
+      "boundaries: {x: reflecting, y: periodic, z: periodic}\nmaterials: {gas: {gamma: 1.4}}\n"
+      "regions:\n"
+      "  - {material: gas, lattice: cubic, where: {x: [-1, -0.5]}, density: 1, pressure: 3}\n"
+      "  - {material: gas, lattice: cubic, where: {x: [-0.5, 0]}, density: 1, pressure: 1}\n"
+      "  - {material: gas, lattice: cubic, where: {x: [0, 0.1]}, density: 1, pressure: 1, barrier: true,\n"
+      "     spacing: {1d: 0.01, 2d: 0.025, 3d: 0.05}}\n"
+      "  - {material: gas, lattice: cubic, where: {x: [0.1, 0.5]}, density: 1, pressure: 1}\n"
+      "until: 0.35\n";
+  static const char *const settings[] = {"scheme.steps=block", "window=follow"};
+  struct scenario whole = {0};
+  const bool ran = scenario_open(&whole, scene, "scene=plate") && scenario_run(&whole, 100000);
+  for (int k = 0; ran && k < 2; ++k) {
+    struct scenario part = {0};
+    if (scenario_open(&part, scene, "%s", settings[k]) && scenario_run(&part, 100000)) {
+      CHECK(scenario_distance(&whole, &part, "velocity") < (k == 0 ? 0.01 : 1e-11));
+      CHECK(scenario_distance(&whole, &part, "density") < (k == 0 ? 0.01 : 1e-12));
+      CHECK(updates(&part) < updates(&whole) || NDIM == 3); /* in 3-D the waves fill this box */
+      check_conserved(&part, true);
+    }
+    scenario_close(&part);
+  }
+  scenario_close(&whole);
+}
+
 static void threads(void) {
   struct scenario one = {0}, two = {0};
   const int before = omp_get_max_threads();
@@ -172,8 +204,7 @@ static void heavy_nodes_are_noticed(void) {
 
 static void refused(void) {
   static const char *const settings[] = {"connectivity.rebuild=displacement",
-                                         "method.package=mfm method.faces=integrated",
-                                         "regions.1.barrier=true"};
+                                         "method.package=mfm method.faces=integrated"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     CHECK_STATUS(KITH_BAD_INPUT, scenario_status(blast, settings[k]));
 }
@@ -184,6 +215,7 @@ int main(void) {
   fewer_updates();
   blast_needs_limits();
   round_off_decides_no_step();
+  plate();
   threads();
   heavy_nodes_are_noticed();
   refused();

@@ -134,8 +134,7 @@ static void refused(void) {
                                          "boundaries.x=outflow",
                                          "scheme.dt=0.001",
                                          "method.package=remix",
-                                         "method.viscosity.name=cullen-dehnen",
-                                         "regions.1.barrier=true"};
+                                         "method.viscosity.name=cullen-dehnen"};
   for (size_t k = 0; k < sizeof settings / sizeof *settings; ++k)
     CHECK_STATUS(KITH_BAD_INPUT, scenario_status(tube, settings[k]));
 }
