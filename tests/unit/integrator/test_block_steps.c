@@ -141,30 +141,31 @@ static void round_off_decides_no_step(void) {
   scenario_close(&other);
 }
 
-/* A plate of which a support reaches through: with block steps and with a window the gas on both sides is where
- * it is with global steps, and no energy is lost. With block steps velocities differ by 0.04 to 0.3 % of the
- * largest, as the same blocks do without a plate. */
+/* A plate thinner than a support: with block steps and with a window the gas on both sides is where it is
+ * with global steps, and no energy is lost. Measured with block steps: 0.4 to 1.2 % of the largest velocity,
+ * 0.06 to 0.2 % of the density. */
 static void plate(void) {
   static const char scene[] =
-      "dimension: 3\nscene: plate\nresolution: {1d: 50, 2d: 20, 3d: 12}\narrangement: equal-spacing\n"
+      "dimension: 3\nscene: plate\nresolution: {1d: 50, 2d: 20, 3d: 20}\narrangement: equal-spacing\n"
       "domain: {lower: [-1, 0, 0], upper: [0.5, 1, 1], across: 6}\n"
       "boundaries: {x: reflecting, y: periodic, z: periodic}\nmaterials: {gas: {gamma: 1.4}}\n"
       "regions:\n"
       "  - {material: gas, lattice: cubic, where: {x: [-1, -0.5]}, density: 1, pressure: 3}\n"
       "  - {material: gas, lattice: cubic, where: {x: [-0.5, 0]}, density: 1, pressure: 1}\n"
-      "  - {material: gas, lattice: cubic, where: {x: [0, 0.1]}, density: 1, pressure: 1, barrier: true,\n"
-      "     spacing: {1d: 0.01, 2d: 0.025, 3d: 0.05}}\n"
-      "  - {material: gas, lattice: cubic, where: {x: [0.1, 0.5]}, density: 1, pressure: 1}\n"
-      "until: 0.35\n";
+      "  - {material: gas, lattice: cubic, where: {x: [0, 0.05]}, density: 1, pressure: 1, barrier: true,\n"
+      "     spacing: {1d: 0.01, 2d: 0.025, 3d: 0.025}}\n"
+      "  - {material: gas, lattice: cubic, where: {x: [0.05, 0.5]}, density: 1, pressure: 1}\n"
+      "until: 0.25\n";
   static const char *const settings[] = {"scheme.steps=block", "window=follow"};
   struct scenario whole = {0};
   const bool ran = scenario_open(&whole, scene, "scene=plate") && scenario_run(&whole, 100000);
   for (int k = 0; ran && k < 2; ++k) {
     struct scenario part = {0};
     if (scenario_open(&part, scene, "%s", settings[k]) && scenario_run(&part, 100000)) {
-      CHECK(scenario_distance(&whole, &part, "velocity") < (k == 0 ? 0.01 : 1e-11));
+      CHECK(scenario_distance(&whole, &part, "velocity") < (k == 0 ? 0.02 : 1e-11));
       CHECK(scenario_distance(&whole, &part, "density") < (k == 0 ? 0.01 : 1e-12));
-      CHECK(updates(&part) < updates(&whole) || NDIM == 3); /* in 3-D the waves fill this box */
+      CHECK(NDIM == 1 || part.simulation->integrator.ledger.pairs_cut > 0);
+      CHECK(updates(&part) < updates(&whole));
       check_conserved(&part, true);
     }
     scenario_close(&part);
