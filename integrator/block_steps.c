@@ -67,7 +67,9 @@ static inline double displacement_of(const struct kith_integrator *it, size_t k,
 }
 
 /* Predicts nodes of it->near, the active ones, the idle ones or both, from their last activity to the present
- * tick. */
+ * tick. The next step of an active node depends on its pressure and sound speed. Without a prediction these
+ * would be of the last tick at which the equation of state was evaluated: idle nodes are skipped by chunks,
+ * so which tick that was depends on the order of nodes in memory, and on ranks. */
 static void predict(struct kith_integrator *it, bool active, bool idle) {
   struct kith_blocks *b = kith_blocks_of(it);
   const struct kith_block_steps *s = &b->steps;
@@ -88,6 +90,7 @@ static void predict(struct kith_integrator *it, bool active, bool idle) {
     const double growth = kith_support_growth(since, it->package->velocity_divergence->f64[i]);
     it->nodes->support->f64[i] = b->support_base->f64[i] * growth;
     it->hydro->density->f64[i] = b->density_base->f64[i] / kith_pow_dim(growth);
+    if (it->nodes->activity->u8[i] == KITH_ACTIVE) kith_hydro_evaluate_eos_of(it->hydro, i);
   }
   it->nodes->positions += 1;
 }

@@ -65,6 +65,11 @@ void kith_hydro_evaluate_eos(const struct kith_hydro *hydro) {
     evaluate_eos(hydro, l, hydro->nodes->lists[l].first, hydro->nodes->lists[l].count);
 }
 
+void kith_hydro_evaluate_eos_of(const struct kith_hydro *hydro, kith_index i) {
+  kith_material_state(&hydro->material[hydro->nodes->list->u8[i]], 1, hydro->density->f64 + i,
+                      hydro->energy->f64 + i, hydro->pressure->f64 + i, hydro->sound_speed->f64 + i);
+}
+
 void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro) {
   for (int b = 0; b < hydro->nodes->n_blocks; ++b) {
     const struct kith_ghost_block *block = &hydro->nodes->blocks[b];

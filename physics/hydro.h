@@ -85,8 +85,11 @@ kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes);
 /* Gives nodes flags, and registers outside_force and outside_power. */
 kith_status kith_hydro_flag(struct kith_hydro *hydro);
 
-/* Computes pressure and sound speed of all internal nodes from density and energy. */
+/* Computes pressure and sound speed of all internal nodes from density and energy. Idle ones are skipped by
+ * chunks, so some get them. */
 void kith_hydro_evaluate_eos(const struct kith_hydro *hydro);
+/* The same of internal node i. */
+void kith_hydro_evaluate_eos_of(const struct kith_hydro *hydro, kith_index i);
 /* Computes pressure and sound speed of all remote ghosts. */
 void kith_hydro_evaluate_eos_remote(const struct kith_hydro *hydro);
 
