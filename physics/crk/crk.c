@@ -116,7 +116,7 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
   for (int a = 0; a < NDIM; ++a)
     OUT(KITH_FORCE + a) += (fi + fj + fq) * (i[KITH_PACKED_X + a] - J(KITH_PACKED_X + a));
   OUT(KITH_HEAT) -= (fi + 0.5 * fq) * p.vx, OUT(KITH_PARTNER_HEAT) -= (fj + 0.5 * fq) * p.vx;
-  OUT(KITH_SIGNAL) = g < 0 ? p.signal : 0;
+  OUT(KITH_SIGNAL) = KITH_HAS_SIGNAL(p.qi, p.qj) ? p.signal : 0;
 }
 
 KITH_FORCE_BLOCKS(pair_crk, CRK_PACKED)

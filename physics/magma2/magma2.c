@@ -82,8 +82,8 @@ KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, con
   const struct magma2_constants *c = constants;
   const struct kith_viscous_pair p = kith_viscous_pair(&c->viscosity, i, j);
   double d[NDIM], ni[NDIM], nj[NDIM], along_i = 0, along_j = 0;
-  const double hi = i[KITH_PACKED_INVERSE], hj = J(KITH_PACKED_INVERSE),
-               w = kith_pair_weight(kernel, p.r, 2 * hi * hj / (hi + hj));
+  const double hi = i[KITH_PACKED_INVERSE], hj = J(KITH_PACKED_INVERSE), inverse = 2 * hi * hj / (hi + hj),
+               w = kith_pair_weight(kernel, p.r, inverse);
   for (int a = 0; a < NDIM; ++a) d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
   kith_symmetric_times(w, i + MAGMA2_MATRIX, 1, d, ni); /* w V M^-1 d of (1) */
   kith_symmetric_times(w, &J(MAGMA2_MATRIX), KITH_STRIDE, d, nj);
@@ -103,7 +103,7 @@ KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, con
   }
   OUT(KITH_HEAT) = heat_i;
   OUT(KITH_PARTNER_HEAT) = heat_j;
-  OUT(KITH_SIGNAL) = w > 0 ? p.signal : 0;
+  OUT(KITH_SIGNAL) = p.r * inverse < KITH_SIGNAL_EDGE ? p.signal : 0;
 }
 
 KITH_FORCE_BLOCKS(pair_magma2, MAGMA2_PACKED)

@@ -133,9 +133,9 @@ KITH_INLINE double heat_returned(struct mfm_side node, double receding, double o
   return total > most ? KITH_MAX(-heat, 0.0) * (1 - most / total) : 0;
 }
 
-/* Evaluates the pair with this vector area of its face; closer: tension.h. */
-KITH_INLINE void flux(double closer, const double *face, const double *restrict i, const double *restrict j,
-                      double *restrict out) {
+/* Evaluates the pair with this vector area of its face; closer: tension.h; near: it has a signal speed. */
+KITH_INLINE void flux(double closer, bool near, const double *face, const double *restrict i,
+                      const double *restrict j, double *restrict out) {
   double d[NDIM], n[NDIM], area2 = 0, slope_i[2] = {0}, slope_j[2] = {0}, du = 0;
   for (int a = 0; a < NDIM; ++a) {
     d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
@@ -178,7 +178,7 @@ KITH_INLINE void flux(double closer, const double *face, const double *restrict 
                        heat_returned(node_j, du, above_j, above_i, star.pressure, heat_j); /* by j to i */
   OUT(KITH_HEAT) = heat_i + given;
   OUT(KITH_PARTNER_HEAT) = heat_j - given;
-  OUT(KITH_SIGNAL) = area > 0 ? 0.5 * (i[MFM_SOUND] + J(MFM_SOUND)) + KITH_MAX(-du, 0.0) : 0;
+  OUT(KITH_SIGNAL) = near ? 0.5 * (i[MFM_SOUND] + J(MFM_SOUND)) + KITH_MAX(-du, 0.0) : 0;
 }
 
 /* Returns s - 1 of tension.h, 0 at most, at a distance r; constants: H in mean node spacings. */
@@ -195,23 +195,26 @@ KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, 
     d[a] = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
     r2 += d[a] * d[a];
   }
-  const double r = sqrt(r2);
+  const double r = sqrt(r2), hi = i[MFM_INVERSE_SUPPORT], hj = J(MFM_INVERSE_SUPPORT);
   mfm_one_point_face(kernel, r, d, i[MFM_INVERSE_SUPPORT], i + MFM_MATRIX, J(MFM_INVERSE_SUPPORT),
                      &J(MFM_MATRIX), KITH_STRIDE, face);
-  flux(closer_of(constants, r, i, j), face, i, j, out);
+  flux(closer_of(constants, r, i, j), r * 2 * hi * hj / (hi + hj) < KITH_SIGNAL_EDGE, face, i, j, out);
 }
 KITH_FORCE_BLOCKS(pair_one_point, MFM_PACKED_ONE_POINT)
 
 KITH_INLINE void pair_integrated(enum kith_kernel kernel, const void *constants, const double *restrict i,
                                  const double *restrict j, double *restrict out) {
-  double face[NDIM], r2 = 0;
+  double face[NDIM], r2 = 0, area2 = 0;
   (void)kernel;
   for (int a = 0; a < NDIM; ++a) {
     const double d = J(KITH_PACKED_X + a) - i[KITH_PACKED_X + a];
     r2 += d * d;
     face[a] = J(MFM_AREA + a);
+    area2 += face[a] * face[a];
   }
-  flux(closer_of(constants, sqrt(r2), i, j), face, i, j, out);
+  const double inverse = KITH_MIN(i[MFM_INVERSE_SUPPORT], J(MFM_INVERSE_SUPPORT)),
+               scale = kith_pow_dim(inverse) / inverse; /* a shared node may be at both edges */
+  flux(closer_of(constants, sqrt(r2), i, j), area2 * scale * scale > 1e-24, face, i, j, out);
 }
 KITH_HOT static void integrated(const struct kith_force_pass *pass, kith_index i,
                                 const kith_index *restrict partner, const uint16_t *shift, size_t n,

@@ -10,7 +10,7 @@
  *     KITH_FORCE + a    f_a: the force on i; j gets -f
  *     KITH_HEAT         q_i: the heat of i: its part of the work f . (v_j - v_i), and what it gets from j
  *     KITH_PARTNER_HEAT q_j: the heat of j
- *     KITH_SIGNAL       the signal speed of the pair
+ *     KITH_SIGNAL       the signal speed of the pair; 0 from KITH_SIGNAL_EDGE on
  * Exchanging i and j must give -f, q_j, q_i to round-off, and q_i + q_j = f . (v_j - v_i). Then
  *     m_i dv_i/dt = sum_j f,   m_i du_i/dt = sum_j q_i
  * conserve momentum and energy whatever the forces are; see package.h for both forms of the energy.
@@ -37,6 +37,13 @@
 /* The first fields of every packed particle. */
 enum { KITH_PACKED_X = 0, KITH_PACKED_V = NDIM, KITH_PACKED_OWN = 2 * NDIM };
 enum { KITH_FORCE, KITH_HEAT = NDIM, KITH_PARTNER_HEAT, KITH_SIGNAL, KITH_PAIR_VALUES };
+
+/* From this part of a support on, where forces vanish, partners have no signal speed. On even lattices, as a
+ * line with 4 neighbors, nodes stand at the edge of a support but for round-off, which would decide whether
+ * they count, and so how long a step is. */
+#define KITH_SIGNAL_EDGE (1 - 1e-6)
+/* Is a partner within one of both supports, at these parts of them? (With `||` loops do not vectorize.) */
+#define KITH_HAS_SIGNAL(qi, qj) (((qi) < KITH_SIGNAL_EDGE) | ((qj) < KITH_SIGNAL_EDGE))
 
 /* Rows are processed in blocks; a lane holds one field of all partners of a block. The stride is not a power
  * of two, for then lanes would share cache sets. */

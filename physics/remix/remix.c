@@ -107,7 +107,7 @@ KITH_INLINE void pair_remix(enum kith_kernel kernel, const void *constants, cons
   const double share = growth > 0 && KITH_MIN(pi, pj) >= 0 && pi + pj > 0 ? pi / (pi + pj) : 0.5;
   OUT(KITH_HEAT) = evened - (pi + share * q) * growth;
   OUT(KITH_PARTNER_HEAT) = -evened - (pj + (1 - share) * q) * growth;
-  OUT(KITH_SIGNAL) = g < 0 ? p.signal : 0;
+  OUT(KITH_SIGNAL) = KITH_HAS_SIGNAL(p.qi, p.qj) ? p.signal : 0;
 }
 
 KITH_FORCE_BLOCKS(pair_remix, REMIX_PACKED)

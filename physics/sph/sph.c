@@ -137,7 +137,7 @@ KITH_INLINE void sph_pair(enum kith_kernel kernel, bool full, bool all, const st
   }
   OUT(KITH_HEAT) = heat - (fi + 0.5 * fq) * p.vx;
   OUT(KITH_PARTNER_HEAT) = -heat - (fj + 0.5 * fq) * p.vx;
-  OUT(KITH_SIGNAL) = gi + gj < 0 ? p.signal : 0;
+  OUT(KITH_SIGNAL) = KITH_HAS_SIGNAL(p.qi, p.qj) ? p.signal : 0;
 }
 
 KITH_INLINE void pair_simple(enum kith_kernel kernel, const void *constants, const double *restrict i,
