@@ -17,6 +17,7 @@ struct saved {
   struct kith_conservation_baseline baseline;
   struct kith_ledger ledger;
   struct kith_through through[2]; /* until now, and its rate */
+  double drift[NDIM];             /* of a node since the lists were made (reference of cover.h) */
 };
 
 /* Its arrays of 8-byte numbers: member, name in the file, type. */
@@ -25,6 +26,7 @@ struct saved {
   X(count, "counts", KITH_I64)      \
   X(baseline, "baseline", KITH_F64) \
   X(through, "through", KITH_F64)   \
+  X(drift, "drift", KITH_F64)       \
   X(ledger, "ledger", KITH_I64)
 
 /* Where a simulation keeps `real` and `count`. */
@@ -50,6 +52,7 @@ static struct saved collect(struct kith_simulation *m, const struct kith_conserv
   struct saved saved = {.baseline = *baseline,
                         .ledger = kith_ledger_of_all(&m->integrator.ledger, m->nodes->ranks),
                         .through = {m->hydro.through, m->integrator.flow.rate}};
+  memcpy(saved.drift, m->rebuilds.cover.reference, sizeof saved.drift);
   for (int k = 0; k < REALS; ++k) saved.real[k] = *places.real[k];
   for (int k = 0; k < COUNTS; ++k) saved.count[k] = *places.count[k];
   kith_ranks_sum_counts(m->nodes->ranks, saved.count + COUNTS - SUMS, SUMS);
@@ -206,6 +209,7 @@ kith_status kith_output_restore(struct kith_output *output, const char *path, st
   KITH_TRY(status);
   *baseline = saved.baseline;
   KITH_TRY(kith_integrator_resume(it, &saved.baseline.totals)); /* makes the neighbor lists as they were */
+  memcpy(m->rebuilds.cover.reference, saved.drift, sizeof saved.drift); /* the last step may have gone far */
   it->ledger = kith_ledger_of_rank(&saved.ledger, m->nodes->ranks);
   it->timestep_limit.reason = kith_package_timestep_limit(it->package, it->cfl).reason;
   return KITH_OK;

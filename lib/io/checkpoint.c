@@ -12,7 +12,7 @@
 #include "lib/nodes/migrate.h"
 
 #define MAGIC "kithckpt"
-enum { MARK = 0x01020304, VERSION = 5, CHUNK = 1 << 18, MOST_COMPONENTS = 64 };
+enum { MARK = 0x01020304, VERSION = 6, CHUNK = 1 << 18, MOST_COMPONENTS = 64 };
 enum group { GROUP_SCENE, GROUP_LISTS, GROUP_FIELD, GROUP_ARRAY };
 
 struct header {

@@ -13,7 +13,7 @@
  * or the end cut off, HDF5 1.10.8 hung on six. Here a checksum covers every byte, and every length is bounded
  * by the size of the file:
  *
- *   header    24 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 5,
+ *   header    24 bytes: magic "kithckpt", u32 byte-order mark 0x01020304, u32 version 6,
  *             u32 dimension, u32 zero
  *   sections  one after the other: name[56] ended and filled by zeros, u32 group, u32 type, u64 components,
  *             u64 rows, then the values, padded with zeros to whole words

@@ -37,7 +37,7 @@ struct kith_cover {
 
   kith_index n;
   double still[NDIM]; /* 0: a common drift along this axis is no displacement; of this rank, then of all */
-  double reference[NDIM]; /* displacement of one node, when it was last measured */
+  double reference[NDIM]; /* displacement of one node, when it was last measured; in checkpoints */
   double measured[4];     /* the last time, as maxima over the nodes, then over all ranks (cover.c) */
   double *position, *search_radius; /* [n][NDIM], [n]: one after the other */
   size_t capacity;
