@@ -171,8 +171,19 @@ static void set_rest_velocity(struct kith_integrator *it, const struct kith_tota
   }
 }
 
+static void set_zone_ends(struct kith_integrator *it) {
+  for (int k = 0; k < it->boundaries->n; ++k) {
+    const struct kith_boundary *b = it->boundaries->boundary[k];
+    if (!b->ops->leaves) continue;
+    double *zone = it->hydro->zone_ends[b->axis][b->at_upper];
+    zone[0] = b->at_upper ? b->upper : b->lower;
+    zone[1] = zone[0] + kith_flow_outwards(b) * kith_flow_deepest(b);
+  }
+}
+
 kith_status kith_integrator_start(struct kith_integrator *it) {
   kith_profile_begin(it->profile, "start");
+  set_zone_ends(it);
   if (it->step == 0) {
     const struct kith_totals first = kith_hydro_totals(it->hydro);
     set_rest_velocity(it, &first);
@@ -201,6 +212,7 @@ kith_status kith_integrator_start(struct kith_integrator *it) {
 
 kith_status kith_integrator_resume(struct kith_integrator *it, const struct kith_totals *first) {
   it->clock = it->time;
+  set_zone_ends(it);
   set_rest_velocity(it, first);
   if (!kith_rebuilds_lasting(it->rebuilds))
     return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due in every step, but not as first_build */

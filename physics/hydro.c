@@ -90,6 +90,18 @@ static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
 }
 
 /* Returns what is wrong with the state or the rates of node i, or NULL. */
+/* Is node i at the end of the zone of an outflow, so that its support is in part beyond that end, and no gas
+ * is in it? */
+static bool ends_zone(const struct kith_hydro *hydro, kith_index i) {
+  const struct kith_nodes *nodes = hydro->nodes;
+  const int side = nodes->flag != NULL ? nodes->flag->u8[i] - KITH_ZONE : -1;
+  if (side < 0) return false;
+  const size_t axis = (size_t)side / 2;
+  const double *zone = hydro->zone_ends[axis][side % 2], x = nodes->position->f64[(size_t)i * NDIM + axis],
+               reach = nodes->support->f64[i] * nodes->stretch[axis];
+  return zone[0] != zone[1] && fabs(x - zone[0]) > reach && fabs(x - zone[1]) < reach;
+}
+
 static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
   const char *wrong = not_finite(hydro, i);
   if (wrong != NULL) return wrong;
@@ -98,6 +110,7 @@ static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
       return "its acceleration is not finite";
   if (!(hydro->density->f64[i] > 0) || !isfinite(hydro->density->f64[i]))
     return "its density is not a positive number";
+  if (ends_zone(hydro, i)) return NULL;
   const double u = hydro->energy->f64[i];
   const bool zero = u < 0 && u > -kith_hydro_energy_round_off(hydro, i);
   return kith_material_outside(&hydro->material[hydro->nodes->list->u8[i]], hydro->density->f64[i],

@@ -71,6 +71,9 @@ struct kith_hydro {
    * of all gas at the start. */
   double rest_velocity[NDIM];
   double wall[NDIM]; /* velocity of the moving wall along this axis, at most one per axis */
+  /* Set by the integrator: from the face of an outflow to the end of the zone behind it, by axis and side;
+   * zero where there is none. */
+  double zone_ends[NDIM][2][2];
   /* Set by the lifecycle, with several ranks: all internal nodes of all ranks have the same mass. */
   bool equal_masses;
   /* All nodes and ghosts of this process have the same mass; valid while nodes->ghosts equals masses_of. */
@@ -105,7 +108,9 @@ static inline double kith_hydro_energy_round_off(const struct kith_hydro *hydro,
 }
 
 /* Checks the state after rates are computed, to stop a run that left the physical range: DIVERGED names the
- * first internal node with a value that is not finite, or a state outside of its equation of state. */
+ * first internal node with a value that is not finite, or a state outside of its equation of state. The
+ * latter is not asked of nodes at the end of the zone of an outflow, which lack partners and are too far from
+ * gas to act on it: their density is too low, and a liquid of that density is torn. */
 kith_status kith_hydro_physical(const struct kith_hydro *hydro);
 
 /* Sums over the gas of all ranks. They are exact (sum.h), so bitwise identical for any number of threads and
