@@ -120,7 +120,7 @@ static double cheapest_base(const struct kith_integrator *it, double longest, do
   kith_ranks_max(it->nodes->ranks, ticks, LENGTHS);
   for (int k = 0; k < LENGTHS; ++k) {
     const double cost = ((double)updates[k] + 0.1 * ticks[k] * (double)updates[LENGTHS]) / length[k];
-    if (cost < least) least = cost, best = length[k];
+    if (cost < (1 - round_off) * least) least = cost, best = length[k];
   }
   return best;
 }
