@@ -16,7 +16,8 @@
   X(kinetic, 1, REAL, now->kinetic, "scene", "kinetic energy")                                               \
   X(internal, 1, REAL, now->internal, "scene", "internal energy")                                            \
   X(potential, 1, REAL, now->potential, "scene", "potential energy of external forces")                      \
-  X(work, 1, REAL, now->work, "scene", "work of moving walls (hydro.h)")                                     \
+  X(work, 1, REAL, now->work, "scene",                                                                       \
+    "work of moving walls, up to a constant: their velocity times the momentum of the gas (hydro.h)")        \
   X(through_mass, 1, REAL, now->through.mass, "scene", "mass that came in through faces, minus what left")   \
   X(through_energy, 1, REAL, now->through.energy, "scene",                                                   \
     "likewise energy, with what barriers, frozen nodes and mirrors gave (hydro.h)")                          \
