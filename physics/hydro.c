@@ -89,7 +89,6 @@ static const char *not_finite(const struct kith_hydro *hydro, kith_index i) {
   return NULL;
 }
 
-/* Returns what is wrong with the state or the rates of node i, or NULL. */
 /* Is node i at the end of the zone of an outflow, so that its support is in part beyond that end, and no gas
  * is in it? */
 static bool ends_zone(const struct kith_hydro *hydro, kith_index i) {
@@ -102,6 +101,7 @@ static bool ends_zone(const struct kith_hydro *hydro, kith_index i) {
   return zone[0] != zone[1] && fabs(x - zone[0]) > reach && fabs(x - zone[1]) < reach;
 }
 
+/* Returns what is wrong with the state or the rates of node i, or NULL. */
 static const char *unphysical(const struct kith_hydro *hydro, kith_index i) {
   const char *wrong = not_finite(hydro, i);
   if (wrong != NULL) return wrong;
