@@ -276,6 +276,14 @@ static void warn_of_cores(const struct kith_ranks *ranks) {
   fputc('\n', stderr);
 }
 
+/* Writes the state of step 0. */
+static kith_status write_start(struct run *run) {
+  run->simulation->integrator.pending = kith_history_row(&run->output.history, run->simulation);
+  KITH_TRY(sample_growth(run));
+  KITH_TRY(write_snapshot(run));
+  return kith_probes_sample(run->output.probes, false);
+}
+
 /* Evaluates the first rates of a new run, takes the totals that its drifts are measured against, and writes
  * its state as that of step 0. */
 static kith_status begin(struct run *run) {
@@ -294,13 +302,10 @@ static kith_status begin(struct run *run) {
   run->first_pairs = run->simulation->package.pair_evaluations;
   if (run->restart != NULL) return KITH_OK;
   run->baseline = kith_conservation_baseline_of(&it->summary.totals);
-  it->pending = kith_history_row(&run->output.history, run->simulation);
   KITH_STAGE(status, run->profile, "comparison", measure_start(run));
-  if (status == KITH_OK) status = sample_growth(run);
   KITH_TRY(status);
-  KITH_STAGE(status, run->profile, "output", write_snapshot(run));
-  KITH_TRY(status);
-  return kith_probes_sample(run->output.probes, false);
+  KITH_STAGE(status, run->profile, "output", write_start(run));
+  return status;
 }
 
 /* The time of the next snapshot, a multiple of output.every; infinite if only the first and last are wanted.

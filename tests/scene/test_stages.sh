@@ -32,15 +32,20 @@ grep -q '\. flattened pairs [1-9]' paired.txt || wrong "no flattened pairs at a 
 "$kith" run tiny.yaml -o gather >stdout 2>stderr
 tail -n 1 stderr | grep -qE "^ +[0-9]+ .* end +- +[0-9]+ 100\.0% " || wrong "progress: $(<stderr)"
 
+# The first samples of probes and of a growing mode are output, too.
+ok "$kith" run "$inputs/streams.yaml" --quiet --steps 1 -o sampled --set output.plot=false
+
 # About 1 % of the program is in no stage; on a busy machine up to 10 % are allowed.
-awk '/"program_seconds"/ {program = $2 + 0}
-  /"stages": \{/ {inside = 1}
-  inside && /^    "[a-z-]*": \{/ {top = 1}
-  inside && /^    "[a-z-]*\// {top = 0}
-  top && /"seconds"/ {sum += $2; top = 0}
-  END {if (!(sum > 0.9 * program && sum <= program)) print sum " of " program " seconds"}' \
-  gather/report.json >differs
-[[ ! -s differs ]] || wrong "stages of the first level: $(<differs)"
+for run in gather sampled; do
+  awk '/"program_seconds"/ {program = $2 + 0}
+    /"stages": \{/ {inside = 1}
+    inside && /^    "[a-z-]*": \{/ {top = 1}
+    inside && /^    "[a-z-]*\// {top = 0}
+    top && /"seconds"/ {sum += $2; top = 0}
+    END {if (!(sum > 0.9 * program && sum <= program)) print sum " of " program " seconds"}' \
+    $run/report.json >differs
+  [[ ! -s differs ]] || wrong "stages of the first level of $run: $(<differs)"
+done
 
 # wall_seconds are those of start, steps and output. The last snapshot is a third of them here.
 awk '/"wall_seconds"/ {wall = $2 + 0}
