@@ -23,7 +23,11 @@ static kith_status refused(const struct kith_expression *self) {
   snprintf(message, sizeof message, "%s", mupGetErrorMsg(self->parser)); /* the token takes its place */
   if (strstr(message, "Unexpected token") == NULL && strstr(message, "Unexpected operator") == NULL)
     KITH_FAIL(BAD_INPUT, "formula '%s': %s", self->formula, message);
-  if (kith_choices_suggest(words, mupGetErrorToken(self->parser), near, sizeof near))
+  const char *token = mupGetErrorToken(self->parser);
+  if (kith_choices_index(words, token) >= 0) /* only a function without its parenthesis is not expected */
+    KITH_FAIL(BAD_INPUT, "formula '%s': the argument of %s needs parentheses: %s(x)", self->formula, token,
+              token);
+  if (kith_choices_suggest(words, token, near, sizeof near))
     KITH_FAIL(BAD_INPUT, "formula '%s': %s Did you mean '%s'?", self->formula, message, near);
   kith_choices_format(words, all, sizeof all);
   KITH_FAIL(BAD_INPUT,

@@ -53,6 +53,9 @@ static void refused_formulas(void) {
   refuses("x = 3", "==");
   refuses("y +=\n 3", "==");
   refuses("vx", "vx");
+  refuses("2*X", "Did you mean 'x'?");
+  refuses("sin x", "sin(x)");
+  refuses("1 + sqrt", "sqrt(x)");
 }
 
 static void not_finite(void) {
