@@ -4,6 +4,7 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <float.h>
 #include <fnmatch.h>
 #include <math.h>
 #include <stdio.h>
@@ -193,6 +194,16 @@ static kith_status write_snapshot(const char *path, const struct kith_simulation
   const kith_status status = kith_snapshot_write(path, dealt != NULL ? dealt : simulation->nodes, &info);
   kith_nodes_destroy(&dealt);
   return status;
+}
+
+double kith_output_next(const struct kith_scene *scene, double time) {
+  const double every = scene->output.every;
+  if (every <= 0) return INFINITY;
+  return every * (floor(time / every * (1 + 2 * DBL_EPSILON) + 1e-9) + 1);
+}
+
+double kith_output_step_end(const struct kith_scene *scene, double next, double until) {
+  return next > until - 1e-9 * scene->output.every ? until : next;
 }
 
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation) {

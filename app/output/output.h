@@ -37,6 +37,12 @@ struct kith_output {
  * deleted. The status is of this rank alone. */
 kith_status kith_output_open(struct kith_output *output, struct kith_simulation *simulation,
                              const char *directory, const char *checkpoint, bool overwrite);
+/* The time of the next snapshot, a multiple of output.every; infinite if only the first and last are wanted.
+ * It follows from the time alone, so that a restart has it, too, with another output.every as well. */
+double kith_output_next(const struct kith_scene *scene, double time);
+/* The time that the next step of a run to `until` must not pass: the `next` snapshot, unless only a tiny last
+ * step would follow it. */
+double kith_output_step_end(const struct kith_scene *scene, double next, double until);
 /* Writes a snapshot under the next number, and the list of those that are there. */
 kith_status kith_output_snapshot(struct kith_output *output, const struct kith_simulation *simulation);
 /* After a failure: writes a snapshot DIR/offenders.hdf of the node with this id and all that it shares a

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
+#include "app/output/output.h"
 #include "integrator/lifecycle.h"
 #include "integrator/window.h"
 
@@ -61,7 +62,8 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
                  pairs = m->package.pair_evaluations;
   const double start = seconds_now();
   while (it->time < pilot->until && cost_at(out, out->resolution) < pilot->limit) {
-    KITH_TRY(kith_simulation_step(m, pilot->until));
+    const double next = kith_output_next(m->scene, it->time);
+    KITH_TRY(kith_simulation_step(m, kith_output_step_end(m->scene, next, pilot->until)));
     out->pairs = (double)(m->package.pair_evaluations - pairs);
     out->evaluations = (double)(it->ledger.evaluations - evaluations);
   }

@@ -5,8 +5,8 @@
  * t_start, the time of one evaluation with its neighbor lists, is measured at the start of the scene itself.
  * Calibration runs give the steps, whose number grows with the resolution, and the growth, which is the mean
  * time of an evaluation along the run over that at its start. They run the whole scene, at lower resolutions
- * unless that takes about a second. Their cost is counted in pair evaluations, so that resolutions and steps
- * do not depend on the machine.
+ * unless that takes about a second; steps end where snapshots are due, but nothing is written. Their cost is
+ * counted in pair evaluations, so that resolutions and steps do not depend on the machine.
  *
  * A rehearsal is a short run at a lower resolution by a single process that behaves as one of many ranks. It
  * counts the calls, messages and bytes of its exchange, although no other rank answers. */

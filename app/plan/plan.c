@@ -338,6 +338,8 @@ static void show_cost(struct kith_plan *plan, const struct kith_options *options
       until > 0 ? kith_calibration_run(&c, options, &guess, until, budget) : KITH_OK;
   plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
   if (calibrated == KITH_OK && !fixed) steps = c.expected;
+  if (calibrated == KITH_OK && fixed && !parts && c.reached > 0)
+    steps = c.steps * until / c.reached; /* the same at any resolution */
   show_steps(plan, &c, calibrated, steps, until);
   kith_text_line(
       "cost",

@@ -5,7 +5,6 @@
  * before its end) or 2 (scene, files). */
 #include "app/cli/options.h"
 
-#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <omp.h>
@@ -308,20 +307,6 @@ static kith_status begin(struct run *run) {
   return status;
 }
 
-/* The time of the next snapshot, a multiple of output.every; infinite if only the first and last are wanted.
- * It follows from the time alone, so that a restart has it, too, with another output.every as well. */
-static double next_snapshot(const struct run *run) {
-  const double every = run->scene->output.every, time = run->simulation->integrator.time;
-  if (every <= 0) return INFINITY;
-  return every * (floor(time / every * (1 + 2 * DBL_EPSILON) + 1e-9) + 1);
-}
-
-/* The time the next step must not pass: the next snapshot, unless only a tiny last step would follow it. */
-static double step_end(const struct run *run) {
-  const double next = run->next_snapshot;
-  return next > run->until - 1e-9 * run->scene->output.every ? run->until : next;
-}
-
 /* Writes a checkpoint of now, before which all tables are on the disk. */
 static kith_status save(struct run *run) {
   run->saved = kith_seconds();
@@ -374,8 +359,9 @@ static kith_status steps(struct run *run) {
   it->ask = ask, it->asker = run;
   while (!finished(run)) {
     run->begun = kith_seconds();
-    run->next_snapshot = next_snapshot(run);
-    KITH_TRY(kith_simulation_step(run->simulation, step_end(run)));
+    run->next_snapshot = kith_output_next(run->scene, it->time);
+    KITH_TRY(kith_simulation_step(run->simulation,
+                                  kith_output_step_end(run->scene, run->next_snapshot, run->until)));
     run->stopped = it->wish[STOP] > 0;
     kith_profile_begin(run->profile, "output");
     KITH_TRY(after_step(run));

@@ -134,8 +134,11 @@ ok "$kith" run tiny.yaml --quiet -o run --steps 1
   wrong "the first dt is not $planned"
 [[ $(sed -n 2p run/history.csv) == 0,0,0,nothing,* ]] || wrong "no row of the start"
 
-# So are the steps of a scene that takes less than a second, also if they get much shorter later.
-for setting in tiny.yaml "$inputs/two-blasts.yaml --set dimension=1 --set resolution=60"; do
+# So are the steps of a scene that takes less than a second, also if they get much shorter later, or end where
+# snapshots are due.
+for setting in tiny.yaml "tiny.yaml --set output.every=0.001" \
+  "tiny.yaml --set output.every=0.001 --set scheme.dt=0.0007" \
+  "$inputs/two-blasts.yaml --set dimension=1 --set resolution=60"; do
   shown "counted by running the scene to its end" "$kith" plan $setting --set output.plot=false
   planned=$(sed -n 's/^ *steps *about \([0-9]*\) .*/\1/p' stdout)
   ok "$kith" run $setting --set output.plot=false --quiet -o whole --overwrite
