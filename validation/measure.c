@@ -85,9 +85,25 @@ static double ripple(const struct kith_measured *m) {
   return amplitude(m, longest_wave(m), false, 2);
 }
 
+/* Root of the mean square of the speeds, by volume. */
+static double mean_speed(const struct kith_measured *m) {
+  struct kith_sum sum[2] = {{{0}, 0}};
+  double value[2]; /* squared speeds, volume */
+  for (kith_index i = 0; i < m->nodes->n; ++i) {
+    const double *v = m->nodes->velocity + (size_t)i * NDIM;
+    for (int a = 0; a < NDIM; ++a) kith_sum_add(&sum[0], volume(m, i) * v[a] * v[a]);
+    kith_sum_add(&sum[1], volume(m, i));
+  }
+  values_of(m, sum, 2, value);
+  return sqrt(value[0] / value[1]);
+}
+
+/* A mode that starts with 1e-12 of the speeds may be round-off, whose rate means nothing. */
 static double growth(const struct kith_measured *m) {
   const double now = amplitude(m, longest_wave(m), false, 1);
-  return m->start != NULL ? acosh(now / m->start[KITH_MEASURE_growth]) / m->time : now;
+  if (m->start == NULL) return now;
+  const double start = m->start[KITH_MEASURE_growth];
+  return start > 1e-12 * mean_speed(m) ? acosh(now / start) / m->time : NAN;
 }
 
 static double spread(const struct kith_measured *m) {

@@ -12,7 +12,8 @@
  *                      in a box of side 1)
  *   growth             rate of a Rayleigh-Taylor mode of one wave along x, at an interface in the middle of
  *                      the domain along y: its amplitude a grows as a(0) cosh(rate t) while it is small, if
- *                      the interface starts flat. NaN if it shrinks
+ *                      the interface starts flat. NaN if it shrinks, or if the flow had no such mode at the
+ *                      start
  *   ripple             amplitude of the same mode, weighted for one that falls as v_y ~ exp(-k |y|) with the
  *                      distance from the interface
  *   spread             of a ring about the center: standard deviation of the radius of the masses, over that

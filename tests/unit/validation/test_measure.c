@@ -150,6 +150,11 @@ static void growth(struct cloud *c) {
   if (NDIM == 1) return;
   CHECK_CLOSE(start[KITH_MEASURE_growth], 0.02, 1e-14);
   CHECK_CLOSE(measure(c, KITH_MEASURE_growth), 0.7, 1e-12);
+  start[KITH_MEASURE_growth] = 1e-14; /* round-off of speeds of 0.3 */
+  CHECK(isnan(measure(c, KITH_MEASURE_growth)));
+  start[KITH_MEASURE_growth] = 1e-9;
+  CHECK(measure(c, KITH_MEASURE_growth) > 0);
+  start[KITH_MEASURE_growth] = 0.02;
   for (kith_index i = 0; i < c->view.n; ++i) {
     const double *x = c->position + (size_t)i * NDIM;
     c->velocity[i * NDIM + 1] = 0.02 * sin(2 * M_PI * x[0] + 0.3) * exp(-2 * M_PI * fabs(x[1] - 4.5));
