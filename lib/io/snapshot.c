@@ -70,11 +70,14 @@ static void attribute(struct writer *w, hid_t owner, const char *name, hid_t typ
                      : H5T_NATIVE_INT64),          \
             n, values)
 
-/* A text type of fixed length without a terminating zero, as the reader of VTK expects it. */
+/* A text type of fixed length without a terminating zero, as the reader of VTK expects it. Names and comments
+ * of a scene may have letters beyond ASCII; texts without any stay ASCII, which more readers know. */
 static hid_t text_type(const char *text) {
   const hid_t type = H5Tcopy(H5T_C_S1);
   H5Tset_size(type, KITH_MAX(strlen(text), (size_t)1));
   H5Tset_strpad(type, H5T_STR_NULLPAD);
+  for (const char *c = text; *c != '\0'; ++c)
+    if ((unsigned char)*c > 127) H5Tset_cset(type, H5T_CSET_UTF8);
   return type;
 }
 

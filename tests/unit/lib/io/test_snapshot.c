@@ -47,7 +47,8 @@ static const struct kith_snapshot_info info = {
     .step = 17,
     .box = {.lower = {-1}, .upper = {2}},
     .periodic = {[NDIM - 1] = true},
-    .notes = (const struct kith_note[]){{"Version", "0.1.0"}, {"Empty", ""}, {NULL, NULL}}};
+    .notes = (const struct kith_note[]){
+        {"Version", "0.1.0"}, {"Empty", ""}, {"Letters", "\xc3\xa9"}, {NULL, NULL}}};
 
 static void read_all(hid_t file, const char *name, hid_t type, size_t rows, size_t columns, void *values) {
   hsize_t shape[2] = {0, 0};
@@ -114,7 +115,7 @@ static void check_linked(hid_t file, const char *particle, const char *vtk) {
 
 struct text {
   char s[64];
-  bool variable, nullpad;
+  bool variable, utf8;
 };
 
 static struct text text_of(hid_t file, const char *object, const char *name) {
@@ -122,6 +123,7 @@ static struct text text_of(hid_t file, const char *object, const char *name) {
   const hid_t a = H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT), type = H5Aget_type(a);
   CHECK(a >= 0 && H5Tget_class(type) == H5T_STRING && H5Tget_size(type) < sizeof t.s);
   t.variable = H5Tis_variable_str(type) > 0;
+  t.utf8 = H5Tget_cset(type) == H5T_CSET_UTF8;
   CHECK(!t.variable && H5Aread(a, type, t.s) >= 0);
   H5Tclose(type), H5Aclose(a);
   return t;
@@ -157,6 +159,7 @@ static void check_attributes(hid_t file) {
   CHECK(numbers(file, "Run", "Dimension", v) == 0 && v[0] == NDIM);
   CHECK(strcmp(text_of(file, "Run", "Version").s, "0.1.0") == 0 &&
         text_of(file, "Run", "Empty").s[0] == '\0');
+  CHECK(!text_of(file, "Run", "Version").utf8 && text_of(file, "Run", "Letters").utf8);
   CHECK(strcmp(text_of(file, "Run", "MaterialNames").s, "gas\nwall") == 0);
   CHECK(strcmp(text_of(file, "PartType0/Density", "Description").s, "mass per unit volume") == 0);
   CHECK(H5Aexists_by_name(file, "Header", "Code", H5P_DEFAULT) == 0); /* yt would misread files with these */
