@@ -40,11 +40,9 @@ kith_status kith_integrator_init(struct kith_integrator *it) {
 
 void kith_integrator_clear(struct kith_integrator *it) {
   if (it->self != NULL && it->scheme->destroy != NULL) it->scheme->destroy(it);
-  kith_free(&it->self);
-  kith_free(&it->near.node);
+  KITH_FREE(&it->self, &it->near.node);
   it->near.capacity = 0;
-  kith_free(&it->scratch.keep);
-  kith_free(&it->scratch.renumber);
+  KITH_FREE(&it->scratch.keep, &it->scratch.renumber);
   it->scratch.keep_capacity = it->scratch.renumber_capacity = 0;
 }
 

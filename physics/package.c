@@ -59,9 +59,7 @@ kith_status kith_package_init(struct kith_package *package) {
 
 void kith_package_clear(struct kith_package *package) {
   if (package->self != NULL && package->ops->destroy != NULL) package->ops->destroy(package);
-  kith_free(&package->self);
-  kith_free(&package->border.chunk);
-  kith_free(&package->needed);
+  KITH_FREE(&package->self, &package->border.chunk, &package->needed);
   package->border = (struct kith_border){0};
   package->needed_capacity = 0;
 }

@@ -198,8 +198,7 @@ static kith_status search_all(struct search *s, uint64_t *total,
 }
 
 static void close_search(struct search *s) {
-  void *const owned[] = {&s->place, &s->nearest, &s->room[0], &s->room[1]};
-  for (int k = 0; k < 4; ++k) kith_free(owned[k]);
+  KITH_FREE(&s->place, &s->nearest, &s->room[0], &s->room[1]);
 }
 
 static void meet_nodes(struct search *s, const struct place *other, kith_index n) {

@@ -210,9 +210,7 @@ kith_status kith_probes_destroy(struct kith_probes **probes) {
     kith_free(&s->at);
     for (int c = 0; c < COLUMNS; ++c) kith_free(&s->column[c]);
   }
-  kith_free(&p->set);
-  kith_free(&p->sums);
-  kith_free(&p->guess);
+  KITH_FREE(&p->set, &p->sums, &p->guess);
   kith_search_destroy(&p->search);
   kith_free(probes);
   return status;

@@ -168,9 +168,7 @@ static kith_status unite_stages(struct kith_profile *profile, struct kith_ranks 
   if (status == KITH_OK) status = kith_ranks_gather(ranks, mine, bytes, &all, part);
   for (size_t k = 0; status == KITH_OK && k < part[kith_ranks_size(ranks)]; k += strlen(all + k) + 1)
     status = kith_profile_add(profile, all + k);
-  kith_free(&mine);
-  kith_free(&all);
-  kith_free(&part);
+  KITH_FREE(&mine, &all, &part);
   return kith_ranks_allreduce_status(ranks, status);
 }
 

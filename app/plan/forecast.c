@@ -147,8 +147,7 @@ static kith_status count_laid_out(struct model *o) {
   if (status == KITH_OK) status = kith_resize(&near, 0, cells, sizeof *near);
   if (status == KITH_OK) status = count_made(o, &candidates, bounds, near);
   kith_candidates_clear(&candidates);
-  kith_free(&bounds);
-  kith_free(&near);
+  KITH_FREE(&bounds, &near);
   return status;
 }
 
@@ -469,9 +468,8 @@ static kith_status predict(struct model *o, const char *partitioner, struct kith
 }
 
 static void clear(struct model *o) {
-  void *const owned[] = {&o->nodes,  &o->load,    &o->exchanges, &o->home,   &o->owner,  &o->first,
-                         &o->region, &o->spacing, &o->template,  &o->vector, &o->radius, &o->site_volume};
-  for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
+  KITH_FREE(&o->nodes, &o->load, &o->exchanges, &o->home, &o->owner, &o->first, &o->region, &o->spacing,
+            &o->template, &o->vector, &o->radius, &o->site_volume);
   kith_partition_destroy(&o->partition);
 }
 

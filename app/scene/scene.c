@@ -354,13 +354,9 @@ void kith_scene_destroy(struct kith_scene **scene) {
   if (*scene == NULL) return;
   for (int k = 0; k < (*scene)->n_regions; ++k)
     kith_params_clear_formulas(kith_region_params, &(*scene)->region[k]);
-  kith_free(&(*scene)->region);
-  kith_free(&(*scene)->deposit);
-  kith_free(&(*scene)->probe);
-  kith_free(&(*scene)->contact);
+  KITH_FREE(&(*scene)->region, &(*scene)->deposit, &(*scene)->probe, &(*scene)->contact);
   kith_params_clear(scene_params, *scene);
-  kith_free(&(*scene)->exact.settings);
-  kith_free(&(*scene)->exact.solution);
+  KITH_FREE(&(*scene)->exact.settings, &(*scene)->exact.solution);
   for (int k = 0; k < (*scene)->n_added; ++k) kith_free(&(*scene)->added[k].settings);
   kith_scene_boundaries_clear(*scene);
   for (int m = 0; m < (*scene)->n_materials; ++m) kith_free(&(*scene)->material[m].settings);

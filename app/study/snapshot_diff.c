@@ -64,8 +64,7 @@ static herr_t compare_field(hid_t group, const char *name, const H5L_info_t *inf
     note(c, difference_of(c, &a, &b), name);
   else if (memcmp(a.value, b.value, a.shape[0] * a.shape[1] * sizeof *a.value) != 0)
     note(c, fmax(difference_of(c, &a, &b), DBL_MIN), name);
-  kith_free(&a.value);
-  kith_free(&b.value);
+  KITH_FREE(&a.value, &b.value);
   return 0;
 }
 
@@ -88,8 +87,7 @@ static bool open_side(struct side *s, const char *path) {
 static void close_side(struct side *s) {
   if (s->particles >= 0) H5Gclose(s->particles);
   if (s->file >= 0) H5Fclose(s->file);
-  kith_free(&s->id.value);
-  kith_free(&s->order);
+  KITH_FREE(&s->id.value, &s->order);
 }
 
 static bool compare(struct comparison *c) {

@@ -345,11 +345,8 @@ static kith_status write_all(const struct kith_study *s, const struct kith_study
 }
 
 void kith_study_clear(struct kith_study *study) {
-  for (struct kith_suite *s = study->suite; s < study->suite + study->n; ++s) {
-    kith_free(&s->job);
-    kith_free(&s->point);
-    kith_free(&s->code);
-  }
+  for (struct kith_suite *s = study->suite; s < study->suite + study->n; ++s)
+    KITH_FREE(&s->job, &s->point, &s->code);
   kith_free(&study->suite);
   study->n = 0;
 }

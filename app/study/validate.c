@@ -319,7 +319,6 @@ enum kith_exit kith_validate(const struct kith_options *options) {
   if (status != KITH_OK) fprintf(stderr, "kith: %s\n", kith_failure());
   kith_csv_log_close(&v.table);
   if (v.lock > 0) close(v.lock);
-  kith_free(&v.rows);
-  kith_free(&v.error);
+  KITH_FREE(&v.rows, &v.error);
   return code;
 }

@@ -210,8 +210,7 @@ kith_status kith_ranks_rehearse(struct kith_ranks **out) {
 
 void kith_ranks_destroy(struct kith_ranks **ranks) {
   if (*ranks == NULL) return;
-  kith_free(&(*ranks)->request);
-  kith_free(&(*ranks)->agreement);
+  KITH_FREE(&(*ranks)->request, &(*ranks)->agreement);
   if ((*ranks)->watchdog > 0) timer_delete((*ranks)->timer);
   if ((*ranks)->size > 1) MPI_Op_free(&(*ranks)->combine);
   if ((*ranks)->size > 1) MPI_Comm_free(&(*ranks)->all);
@@ -432,8 +431,7 @@ kith_status kith_ranks_gather(struct kith_ranks *ranks, const void *mine, size_t
          MPI_Allgatherv(mine, count[ranks->rank], MPI_BYTE, *all, count, place, MPI_BYTE, ranks->all));
   else if (status == KITH_OK && total > 0)
     memcpy(*all, mine, total);
-  kith_free(&length);
-  kith_free(&count);
+  KITH_FREE(&length, &count);
   return status;
 }
 

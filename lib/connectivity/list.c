@@ -147,9 +147,7 @@ kith_status kith_list_create(struct kith_list **out, const struct kith_list_spec
 void kith_list_destroy(struct kith_list **list) {
   struct kith_list *l = *list;
   if (l == NULL) return;
-  kith_free(&l->target);
-  kith_free(&l->row);
-  kith_free(&l->column);
+  KITH_FREE(&l->target, &l->row, &l->column);
   kith_stored_clear(&l->stored);
   kith_rebuilds_clear(&l->rebuilds);
   kith_builder_clear(&l->scratch);

@@ -106,11 +106,9 @@ void kith_pairs_carry(struct kith_pairs *pairs) {
 }
 
 void kith_pairs_clear(struct kith_pairs *pairs) {
-  void *const owned[] = {&pairs->node,   &pairs->first, &pairs->of_row,
-                         &pairs->cursor, &pairs->shift, &pairs->fields};
   for (int k = 0; pairs->fields != NULL && k < pairs->fields->n; ++k)
     kith_free(&pairs->fields->field[k].value);
-  for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
+  KITH_FREE(&pairs->node, &pairs->first, &pairs->of_row, &pairs->cursor, &pairs->shift, &pairs->fields);
   *pairs = (struct kith_pairs){0};
 }
 

@@ -70,10 +70,7 @@ uint64_t *kith_keys_sort(uint64_t *key, uint64_t *spare, size_t n) {
 }
 
 void kith_rows_clear(struct kith_rows *rows) {
-  kith_free(&rows->first);
-  kith_free(&rows->node);
-  kith_free(&rows->shift);
-  kith_free(&rows->wanted);
+  KITH_FREE(&rows->first, &rows->node, &rows->shift, &rows->wanted);
   *rows = (struct kith_rows){0};
 }
 

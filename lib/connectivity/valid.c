@@ -234,7 +234,6 @@ kith_status kith_connectivity_complete(const struct kith_connectivity *connectiv
   if (status == KITH_OK) status = kith_search_sweep(search, &events, &c);
   for (size_t p = 0; p < n && status == KITH_OK; ++p)
     if (c.mark[p] != 3) status = kith_fail(KITH_INTERNAL, "sweep: node %d is in no cell", search->node[p]);
-  kith_free(&c.mark);
-  kith_free(&c.least);
+  KITH_FREE(&c.mark, &c.least);
   return status;
 }

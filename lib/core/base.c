@@ -122,3 +122,7 @@ void kith_free(void *p) {
   old = NULL;
   memcpy(p, &old, sizeof old);
 }
+
+void kith_free_all(void *const *p, size_t n) {
+  for (size_t k = 0; k < n; ++k) kith_free(p[k]);
+}

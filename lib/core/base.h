@@ -88,6 +88,10 @@ kith_status kith_reserve(void *p, size_t *capacity, size_t count, size_t size);
 /* Frees the array whose pointer is at the address p, and sets that pointer to NULL. It may be NULL
  * already. */
 void kith_free(void *p);
+/* kith_free for each of these addresses, in their order. */
+#define KITH_FREE(...) \
+  kith_free_all((void *[]){__VA_ARGS__}, sizeof((void *[]){__VA_ARGS__}) / sizeof(void *))
+void kith_free_all(void *const *p, size_t n);
 
 #define KITH_MIN(a, b) ((a) < (b) ? (a) : (b))
 #define KITH_MAX(a, b) ((a) > (b) ? (a) : (b))

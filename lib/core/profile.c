@@ -108,9 +108,7 @@ void kith_profile_destroy(struct kith_profile **profile) {
   LIKWID_MARKER_CLOSE;
   for (struct timer *t = p->root, *next; t != NULL; t = next) next = t->next, kith_free(&t);
   for (int r = 0; p->rows != NULL && r < p->threads; ++r) kith_free(&p->rows[r].events);
-  kith_free(&p->rows);
-  kith_free(&p->stages);
-  kith_free(&p->counters);
+  KITH_FREE(&p->rows, &p->stages, &p->counters);
   kith_free(profile);
 }
 

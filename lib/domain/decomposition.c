@@ -185,8 +185,7 @@ static kith_status balance(struct kith_decomposition *d, const struct kith_nodes
     if (d->last_imbalance > d->imbalance) status = kith_partition_update(d->partition, weight, &changed);
   }
   d->repartitions += changed;
-  kith_free(&weight);
-  kith_free(&load);
+  KITH_FREE(&weight, &load);
   return status;
 }
 
@@ -295,9 +294,7 @@ kith_status kith_decomposition_create(struct kith_decomposition **out, struct ki
 void kith_decomposition_destroy(struct kith_decomposition **decomposition) {
   if (*decomposition == NULL) return;
   kith_partition_destroy(&(*decomposition)->partition);
-  kith_free(&(*decomposition)->place);
-  kith_free(&(*decomposition)->own);
-  kith_free(&(*decomposition)->to);
+  KITH_FREE(&(*decomposition)->place, &(*decomposition)->own, &(*decomposition)->to);
   kith_shell_clear(&(*decomposition)->shell);
   kith_free(decomposition);
 }

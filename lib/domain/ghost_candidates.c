@@ -201,7 +201,5 @@ kith_status kith_candidates_near(struct kith_candidates *c, const struct kith_no
 }
 
 void kith_candidates_clear(struct kith_candidates *c) {
-  kith_free(&c->mark);
-  kith_free(&c->hit);
-  kith_free(&c->group);
+  KITH_FREE(&c->mark, &c->hit, &c->group);
 }

@@ -58,12 +58,8 @@ kith_status kith_halo_create(struct kith_halo **out, struct kith_ranks *ranks,
 void kith_halo_destroy(struct kith_halo **halo) {
   if (*halo == NULL) return;
   forget_peers(*halo);
-  kith_free(&(*halo)->peer);
-  kith_free(&(*halo)->out);
-  kith_free(&(*halo)->count_out);
-  kith_free(&(*halo)->bounds_out);
-  kith_free(&(*halo)->bounds_in);
-  kith_free(&(*halo)->buffer);
+  KITH_FREE(&(*halo)->peer, &(*halo)->out, &(*halo)->count_out, &(*halo)->bounds_out, &(*halo)->bounds_in,
+            &(*halo)->buffer);
   kith_free(halo);
 }
 
@@ -326,8 +322,7 @@ void kith_halo_extend(struct kith_halo *halo, struct kith_nodes *nodes) {
     for (kith_index i = 0; i < nodes->n_internal; ++i)
       nodes->search_radius->f64[i] = wide[d->home->i64[i]].search_radius;
   }
-  kith_free(&own);
-  kith_free(&wide);
+  KITH_FREE(&own, &wide);
 }
 
 /* ---- culling ---- */

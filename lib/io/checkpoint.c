@@ -81,8 +81,7 @@ void kith_checkpoint_close(struct kith_checkpoint **c) {
   if (*c == NULL) return;
   kith_atomic_file_abandon(&(*c)->out);
   if ((*c)->fd >= 0) close((*c)->fd);
-  kith_free(&(*c)->entry);
-  kith_free(&(*c)->scene);
+  KITH_FREE(&(*c)->entry, &(*c)->scene);
   kith_free(c);
 }
 

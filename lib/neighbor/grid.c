@@ -66,9 +66,7 @@ static inline int32_t row_coordinate(const struct row *row, int a) {
 
 static void grid_clear(struct kith_search *search) {
   struct grid *grid = search->self;
-  for (int k = 0; k < 2; ++k) kith_free(&grid->item[k]);
-  kith_free(&grid->cell);
-  kith_free(&grid->row);
+  KITH_FREE(&grid->item[0], &grid->item[1], &grid->cell, &grid->row);
 }
 
 /* Keys. */

@@ -49,12 +49,8 @@ void kith_search_destroy(struct kith_search **search) {
   struct kith_search *s = *search;
   if (!s) return;
   if (s->ops->clear != NULL) s->ops->clear(s);
-  kith_free(&s->self);
-  kith_free(&s->node);
   for (int a = 0; a < NDIM; ++a) kith_free(&s->coordinate[a]);
-  kith_free(&s->radius2);
-  kith_free(&s->group);
-  kith_free(&s->near);
+  KITH_FREE(&s->self, &s->node, &s->radius2, &s->group, &s->near);
   kith_free(search);
 }
 

@@ -46,8 +46,7 @@ static bool is_scattered(const struct kith_search *search) {
 
 static void spacetree_clear(struct kith_search *search) {
   struct kith_spacetree *tree = search->self;
-  void *const owned[] = {&tree->item[0], &tree->item[1], &tree->vertex, &tree->run, &tree->place};
-  for (size_t k = 0; k < sizeof owned / sizeof *owned; ++k) kith_free(owned[k]);
+  KITH_FREE(&tree->item[0], &tree->item[1], &tree->vertex, &tree->run, &tree->place);
 }
 
 /* Keys. */

@@ -163,8 +163,6 @@ kith_status kith_spacetree_sweep(const struct kith_search *search, const struct 
   w.sweep = sweep;
   if (status == KITH_OK) status = walk(&w);
   kith_runs_clear(&w.active);
-  for (int k = 0; k < 2; ++k) kith_free(&w.item[k]);
-  kith_free(&w.target);
-  kith_free(&w.left);
+  KITH_FREE(&w.item[0], &w.item[1], &w.target, &w.left);
   return status;
 }

@@ -76,12 +76,8 @@ struct tree {
 
 static void tree_clear(struct kith_search *search) {
   struct tree *tree = search->self;
-  kith_free(&tree->octet);
-  kith_free(&tree->child);
-  kith_free(&tree->leaf);
-  kith_free(&tree->slot);
-  kith_free(&tree->moved);
-  for (int k = 0; k < 2; ++k) kith_free(&tree->item[k]);
+  KITH_FREE(&tree->item[0], &tree->item[1], &tree->octet, &tree->child, &tree->leaf, &tree->slot,
+            &tree->moved);
 }
 
 /* Order. */

@@ -38,11 +38,7 @@ struct transport {
 };
 
 static void transport_clear(struct transport *t) {
-  kith_free(&t->to);
-  kith_free(&t->from);
-  kith_free(&t->out);
-  kith_free(&t->in);
-  kith_free(&t->message);
+  KITH_FREE(&t->to, &t->from, &t->out, &t->in, &t->message);
 }
 
 /* Fills `out` rank by rank, list by list, node by node; nodes with to[i] == stay, this rank, are left out. */

@@ -99,11 +99,9 @@ void kith_nodes_destroy(struct kith_nodes **nodes) {
   kith_nodes_drop_ghosts(*nodes);
   kith_shifts_clear(&(*nodes)->shifts);
   if ((*nodes)->work != NULL) kith_free(&(*nodes)->work->data);
-  kith_free(&(*nodes)->work);
-  kith_free(&(*nodes)->blocks);
+  KITH_FREE(&(*nodes)->work, &(*nodes)->blocks);
   for (int f = 0; f < (*nodes)->n_fields; ++f) {
-    kith_free(&(*nodes)->fields[f]->data);
-    kith_free(&(*nodes)->fields[f]);
+    KITH_FREE(&(*nodes)->fields[f]->data, &(*nodes)->fields[f]);
   }
   kith_free(nodes);
 }

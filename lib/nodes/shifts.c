@@ -7,8 +7,7 @@ void kith_shifts_drop(struct kith_shifts *shifts) {
 }
 
 void kith_shifts_clear(struct kith_shifts *shifts) {
-  kith_free(&shifts->by);
-  kith_free(&shifts->image);
+  KITH_FREE(&shifts->by, &shifts->image);
   *shifts = (struct kith_shifts){0};
 }
 

@@ -274,8 +274,7 @@ static kith_status draw_probe(const struct kith_scene *scene, const struct kith_
     KITH_FAIL(BAD_FILE, "%s: the path is too long", directory);
   kith_status status = kith_series_read(f.file, probe->name, "time", -1, &f.time, &f.samples, &each);
   if (status == KITH_OK && f.samples > 0) status = draw(&f);
-  kith_free(&f.time);
-  kith_free(&f.pixels);
+  KITH_FREE(&f.time, &f.pixels);
   for (int c = 0; c < COLUMNS; ++c) kith_free(&f.column[c]);
   return status;
 }

@@ -16,14 +16,12 @@ void kith_builder_clear(struct kith_builder *scratch) {
     struct kith_worker *w = &scratch->worker[t];
     kith_runs_clear(&w->runs);
     kith_packed_clear(&w->near);
-    void *const owned[] = {&w->key, &w->hit, &w->idle, &w->bitmap, &w->touched, &w->found};
-    for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) kith_free(owned[k]);
+    KITH_FREE(&w->key, &w->hit, &w->idle, &w->bitmap, &w->touched, &w->found);
   }
   kith_free(&scratch->worker);
   for (int k = 0; k < KITH_ROW_CHUNKS; ++k) kith_free(&scratch->chunk[k].own);
   kith_rows_clear(&scratch->spans);
-  kith_free(&scratch->bits);
-  kith_free(&scratch->filled);
+  KITH_FREE(&scratch->bits, &scratch->filled);
   *scratch = (struct kith_builder){0};
 }
 

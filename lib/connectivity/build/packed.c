@@ -24,8 +24,7 @@ kith_status kith_packed_reserve(struct kith_packed *packed, size_t n) {
 }
 
 void kith_packed_clear(struct kith_packed *packed) {
-  kith_free(&packed->node);
-  kith_free(&packed->shift);
+  KITH_FREE(&packed->node, &packed->shift);
   for (int a = 0; a < NDIM; ++a) kith_free(&packed->coordinate[a]);
   kith_free(&packed->radius2);
   *packed = (struct kith_packed){0};

@@ -140,8 +140,7 @@ static bool bonded(const struct kith_excluder *excluder, const struct kith_candi
 }
 
 static void free_bonds(struct kith_excluder *excluder) {
-  kith_free(&((struct sorted_bonds *)excluder->self)->id);
-  kith_free(&excluder->self);
+  KITH_FREE(&((struct sorted_bonds *)excluder->self)->id, &excluder->self);
 }
 
 const struct kith_excluder_ops kith_excluder_bonds = {

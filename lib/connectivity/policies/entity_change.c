@@ -28,8 +28,7 @@ static kith_status snapshot(struct kith_rebuild *policy, const struct kith_nodes
 }
 
 static void destroy(struct kith_rebuild *policy) {
-  kith_free(&((struct entities *)policy->self)->id);
-  kith_free(&policy->self);
+  KITH_FREE(&((struct entities *)policy->self)->id, &policy->self);
 }
 
 const struct kith_rebuild_ops kith_rebuild_entity_change = {

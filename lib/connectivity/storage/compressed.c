@@ -87,8 +87,7 @@ static size_t bytes(const struct kith_stored *stored) {
 
 static void clear(struct kith_stored *stored) {
   struct compressed *c = stored->self;
-  kith_free(&c->first);
-  kith_free(&c->byte);
+  KITH_FREE(&c->first, &c->byte);
 }
 
 const struct kith_storage_ops kith_storage_compressed = {

@@ -84,8 +84,7 @@ static size_t bytes(const struct kith_stored *stored) {
 
 static void clear(struct kith_stored *stored) {
   struct padded *p = stored->self;
-  kith_free(&p->cell);
-  kith_free(&p->length);
+  KITH_FREE(&p->cell, &p->length);
   kith_rows_clear(&p->over);
 }
 

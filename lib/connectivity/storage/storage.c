@@ -32,8 +32,7 @@ size_t kith_stored_bytes(const struct kith_stored *stored) {
 
 void kith_stored_clear(struct kith_stored *stored) {
   if (stored->self != NULL && stored->ops->clear != NULL) stored->ops->clear(stored);
-  kith_free(&stored->self);
-  kith_free(&stored->settings);
+  KITH_FREE(&stored->self, &stored->settings);
   kith_rows_clear(&stored->rows);
   *stored = (struct kith_stored){0};
 }

@@ -78,8 +78,7 @@ struct border {
 };
 
 static void border_clear(struct border *border) {
-  kith_free(&border->entry);
-  kith_free(&border->pair);
+  KITH_FREE(&border->entry, &border->pair);
 }
 
 /* Ranks p and q as one number. */

@@ -322,8 +322,7 @@ static kith_status gridbased_restore(struct kith_partition *partition, const int
 
 static void gridbased_clear(struct kith_partition *partition) {
   struct mesh *mesh = partition->self;
-  kith_free(&mesh->corner);
-  kith_free(&mesh->trial);
+  KITH_FREE(&mesh->corner, &mesh->trial);
 }
 
 const struct kith_partitioner_ops kith_partitioner_gridbased = {

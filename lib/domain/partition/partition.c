@@ -43,9 +43,7 @@ void kith_partition_destroy(struct kith_partition **partition) {
   struct kith_partition *p = *partition;
   if (p == NULL) return;
   if (p->self != NULL && p->ops->clear != NULL) p->ops->clear(p);
-  kith_free(&p->self);
-  kith_free(&p->settings);
-  kith_free(&p->owner);
+  KITH_FREE(&p->self, &p->settings, &p->owner);
   kith_free(partition);
 }
 
@@ -88,8 +86,7 @@ kith_status kith_partition_update(struct kith_partition *partition, const double
   kith_status status = kith_resize(&effective, 0, (size_t)n, sizeof *effective);
   if (status == KITH_OK) status = kith_resize(&owner, 0, (size_t)n, sizeof *owner);
   if (status == KITH_OK) status = update_into(partition, weight, effective, owner, changed);
-  kith_free(&effective);
-  kith_free(&owner);
+  KITH_FREE(&effective, &owner);
   return status;
 }
 

@@ -110,19 +110,14 @@ kith_status kith_shell_build(struct kith_shell *shell, const struct kith_partiti
   kith_shell_clear(shell);
   shell->rank = rank, shell->reach = reach;
   const kith_status status = build(shell, partition, &found);
-  kith_free(&found.told);
-  kith_free(&found.known);
+  KITH_FREE(&found.told, &found.known);
   if (status != KITH_OK) kith_shell_clear(shell);
   return status;
 }
 
 void kith_shell_clear(struct kith_shell *shell) {
-  kith_free(&shell->cell);
-  kith_free(&shell->neighbor);
-  kith_free(&shell->receive_first);
-  kith_free(&shell->send_first);
-  kith_free(&shell->receive);
-  kith_free(&shell->send);
+  KITH_FREE(&shell->cell, &shell->neighbor, &shell->receive_first, &shell->send_first, &shell->receive,
+            &shell->send);
   *shell = (struct kith_shell){0};
 }
 

@@ -106,8 +106,7 @@ static void test_gresho_carried(void) {
       CHECK_CLOSE(t.velocity[c], s.velocity[c] + moving.uniform_velocity[c], 1e-12);
     CHECK_CLOSE(t.pressure, s.pressure, 1e-12);
   }
-  kith_free(&a);
-  kith_free(&b);
+  KITH_FREE(&a, &b);
 }
 
 /* Position and speed that are compared: along axis 0, outwards, around the axis. */
@@ -340,8 +339,7 @@ static void check_decaying_wave(const char *wanted, double viscosity) {
   if (NDIM > 1) check_diffusion_equation(transverse_at, ops, wave, viscosity, 0);
   if (NDIM > 1) CHECK_CLOSE(transverse_at(ops, wave, 1, 0), 0.4, 1e-15);
   if (NDIM > 1) CHECK_CLOSE(energy_at(ops, wave, 1, 1e3), 3 + 0.25 * 0.4 * 0.4, 1e-14); /* all is heat */
-  kith_free(&wave);
-  kith_free(&settings);
+  KITH_FREE(&wave, &settings);
 }
 
 /* With viscosity 0.4 both exponentials of the heat of the shear wave are the same. */
@@ -408,8 +406,7 @@ static void test_slabs(void) {
   }
   CHECK_CLOSE(lost, 0, 1e-6); /* a sum over the middles of cells, one of which has the jump */
   CHECK(at(ops, slabs, 0.5, 1).density == 4);
-  kith_free(&slabs);
-  kith_free(&settings);
+  KITH_FREE(&slabs, &settings);
 }
 
 int main(void) {

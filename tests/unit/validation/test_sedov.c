@@ -165,8 +165,7 @@ static void continuity(void) {
       CHECK_CLOSE(s.density / t.density, 1, 1e-6); /* the step 1e-8, amplified inwards */
       CHECK_CLOSE(s.pressure / t.pressure, 1, 1e-6);
     }
-    kith_free(&exact);
-    kith_free(&near);
+    KITH_FREE(&exact, &near);
   }
 }
 
@@ -229,8 +228,7 @@ static void later(void) {
     CHECK(before.density == 1.7 && before.pressure == 0.1 && before.velocity[0] == 0);
     CHECK(sedov->shock(self[1], 0.03 * k) == 0);
   }
-  kith_free(&self[0]);
-  kith_free(&self[1]);
+  KITH_FREE(&self[0], &self[1]);
 }
 
 static void refusals(void) {

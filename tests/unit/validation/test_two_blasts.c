@@ -38,8 +38,7 @@ static double tube_error(const struct slab slab[2], double time, int cells) {
     kith_exact_riemann.state(exact, x, time, &s);
     sum += (f->cell[i + 1].face - f->cell[i].face) * fabs(1 / f->cell[i].gas.v - s.density);
   }
-  kith_free(&exact);
-  kith_free(&f);
+  KITH_FREE(&exact, &f);
   return sum / 2;
 }
 

@@ -106,8 +106,7 @@ static void make_boxes(struct boxes *b, const struct kith_simulation *m, int n_r
 
 static void clear_boxes(struct boxes *b) {
   kith_partition_destroy(&b->map);
-  kith_free(&b->box);
-  kith_free(&b->radius);
+  KITH_FREE(&b->box, &b->radius);
 }
 
 /* Is an image at y, with this search radius, sent to the rank (halo.h)? */

@@ -152,8 +152,7 @@ static void write_and_read(const char *text) {
   CHECK_OK(kith_config_parse(&again, "f", first, strlen(first)));
   CHECK_OK(kith_config_emit(again->root, false, &second));
   CHECK(strcmp(first, second) == 0);
-  kith_free(&first);
-  kith_free(&second);
+  KITH_FREE(&first, &second);
   kith_config_destroy(&config);
   kith_config_destroy(&again);
 }

@@ -32,8 +32,7 @@ static void separations(void) {
       CHECK(to[NDIM * STRIDE + k] == NDIM * apart * apart);
     }
   }
-  kith_free(&field);
-  kith_free(&to);
+  KITH_FREE(&field, &to);
 }
 
 int main(void) {

@@ -221,8 +221,7 @@ static void test_near(const struct kith_search_ops *ops, enum arrangement how) {
     }
     free(taken);
   }
-  kith_free(&near);
-  kith_free(&found);
+  KITH_FREE(&near, &found);
   destroy(&s, &nodes);
 }
 
