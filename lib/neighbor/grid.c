@@ -279,30 +279,20 @@ static inline uint64_t next_key(uint64_t key, const struct query *q) {
   return key;
 }
 
-/* The first of rows `row` .. `end` - 1 whose key is at least `key`, or `end`. */
-static inline const struct row *row_from(const struct row *row, const struct row *end, uint64_t key) {
-  for (ptrdiff_t n = end - row; n > 0;) {
-    const ptrdiff_t half = n / 2;
-    if (row[half].key < key)
-      row += half + 1, n -= half + 1;
-    else
-      n = half;
-  }
-  return row;
-}
-
 static inline kith_status take_rows(const struct grid *grid, const struct layer *layer, const struct query *q,
                                     struct kith_runs *runs) {
-  const struct row *row = grid->row + layer->row, *const end = row + layer->rows;
-  while (row < end) {
+  const kith_index end = layer->row + layer->rows;
+  for (kith_index r = layer->row; r < end;) {
+    const struct row *row = &grid->row[r];
     const uint64_t key = next_key(row->key, q);
     double gap2 = 0;
     if (key != row->key) {
-      row = row_from(row, end, key);
+      r = kith_key_bound(grid->row, sizeof *row, r, end, key);
       continue;
     }
     for (int a = 0; a < NDIM - 1; ++a) gap2 += square_gap(q, a, row_coordinate(row, a));
-    KITH_TRY(take_row(grid, row++, q, gap2, runs));
+    KITH_TRY(take_row(grid, row, q, gap2, runs));
+    ++r;
   }
   return KITH_OK;
 }

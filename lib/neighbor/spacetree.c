@@ -331,8 +331,8 @@ static kith_status visit_cube(const struct kith_spacetree *tree, kith_index firs
   }
   for (uint64_t child = least, part = size >> NDIM; child < least + size; child += part) {
     if (range_holds(range, child, child | (part - 1)) < 0) continue;
-    first = kith_spacetree_from(tree, first, end, child);
-    const kith_index stop = kith_spacetree_from(tree, first, end, child + part);
+    first = kith_key_bound(vertex, sizeof *vertex, first, end, child);
+    const kith_index stop = kith_key_bound(vertex, sizeof *vertex, first, end, child + part);
     if (first < stop) KITH_TRY(visit_cube(tree, first, stop, bits - 1, range, runs));
   }
   return KITH_OK;

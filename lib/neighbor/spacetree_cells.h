@@ -77,18 +77,6 @@ static inline int kith_spacetree_layer(uint64_t vertex_key) {
   const int top = (int)(vertex_key >> KITH_VERTEX_BITS);
   return (top >> KITH_LEVEL_BITS) * KITH_SPACETREE_LEVELS + (top & ((1 << KITH_LEVEL_BITS) - 1));
 }
-/* The first of vertices first .. end - 1 whose key is at least `key`, or `end`. */
-static inline kith_index kith_spacetree_from(const struct kith_spacetree *tree, kith_index first,
-                                             kith_index end, uint64_t key) {
-  while (first < end) {
-    const kith_index half = first + (end - first) / 2;
-    if (tree->vertex[half].key < key)
-      first = half + 1;
-    else
-      end = half;
-  }
-  return first;
-}
 
 /* kith_search_sweep (sweep.c). UNSUPPORTED if a search radius is too large for any cell. */
 kith_status kith_spacetree_sweep(const struct kith_search *search, const struct kith_sweep *sweep,

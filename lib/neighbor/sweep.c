@@ -88,7 +88,7 @@ static kith_status enter(struct walk *w, int level, const int64_t *cell) {
     for (int a = 0; a < NDIM; ++a) corner[a] = (uint64_t)(cell[a] + (k >> a & 1));
     const uint64_t key =
         (uint64_t)(k >> NDIM << KITH_LEVEL_BITS | level) << KITH_VERTEX_BITS | kith_sfc_key_of_cell(corner);
-    const kith_index v = kith_spacetree_from(tree, layer->vertex, end, key);
+    const kith_index v = kith_key_bound(tree->vertex, sizeof *tree->vertex, layer->vertex, end, key);
     if (v == end || tree->vertex[v].key != key) continue;
     step->vertex[step->n] = v, step->run[step->n++] = w->active.n;
     if (w->sweep == NULL) {

@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <string.h>
+#include "lib/core/keyed.h"
 #include "lib/core/lanes.h"
 #include "lib/core/vec.h"
 
@@ -191,15 +192,8 @@ static uint64_t image_key(kith_index node, int shift) {
  * the support. */
 static size_t image_position(const struct image_sums *sums, kith_index node, int shift) {
   const uint64_t key = image_key(node, shift);
-  size_t low = 0, high = sums->n;
-  while (low < high) {
-    const size_t middle = (low + high) / 2;
-    if (sums->key[middle] < key)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low < sums->n && sums->key[low] == key ? low : sums->n;
+  const kith_index n = (kith_index)sums->n, at = kith_key_bound(sums->key, sizeof key, 0, n, key);
+  return at < n && sums->key[at] == key ? (size_t)at : sums->n;
 }
 
 /* Adds what the image `by` of k contributes to the faces of i. */
