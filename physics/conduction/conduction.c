@@ -28,7 +28,6 @@ KITH_INLINE void conduction_pair(enum kith_kernel kernel, const void *constant, 
   OUT(KITH_PARTNER_HEAT) = -q;
   OUT(KITH_SIGNAL) = 0;
 }
-KITH_FORCE_BLOCKS(conduction_pair, PACKED)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct conduction_settings *settings = package->settings;
@@ -37,9 +36,11 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   packed[TEMPERATURE] = hydro->energy->f64[i] / kith_diffusion_of(hydro, i, settings->specific_heat);
 }
 
+KITH_FORCE_FORM(conduction_pair, PACKED, pack, NULL)
+
 static kith_status evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                             const struct kith_kick *kick) {
-  return kith_diffusion_evaluate(package, connectivity, kick, pack, conduction_pair_of, PACKED);
+  return kith_diffusion_evaluate(package, connectivity, kick, &conduction_pair_form);
 }
 
 static double longest_step(const struct kith_package *package, kith_index i) {

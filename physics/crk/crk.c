@@ -119,8 +119,6 @@ KITH_INLINE void pair_crk(enum kith_kernel kernel, const void *constants, const 
   OUT(KITH_SIGNAL) = KITH_HAS_SIGNAL(p.qi, p.qj) ? p.signal : 0;
 }
 
-KITH_FORCE_BLOCKS(pair_crk, CRK_PACKED)
-
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
@@ -139,6 +137,8 @@ static void copy_corrections(const double *restrict i, double *restrict j) {
   J(CRK_SMOOTH) = i[CRK_SMOOTH];
   J(CRK_RATE) = i[CRK_RATE] * J(CRK_VOLUME) / i[CRK_VOLUME];
 }
+
+KITH_FORCE_FORM(pair_crk, CRK_PACKED, pack, copy_corrections)
 
 static kith_status crk_create(struct kith_package *package) {
   struct crk *crk = package->self;
@@ -166,14 +166,10 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
   const struct crk_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .volume = kith_kernel_constant(package->kernel) * kith_ball() / package->neighbors};
-  return kith_force(package, connectivity, kick,
-                    &(struct kith_force_pass){.pack = pack,
-                                              .copy_corrections = copy_corrections,
-                                              .evaluate = pair_crk_of[package->kernel],
-                                              .n_packed = CRK_PACKED,
-                                              .constants = &constants,
-                                              .exchanged = between,
-                                              .n_exchanged = n});
+  return kith_force(
+      package, connectivity, kick,
+      &(struct kith_force_pass){
+          .form = &pair_crk_form, .constants = &constants, .exchanged = between, .n_exchanged = n});
 }
 
 const struct kith_package_ops kith_package_crk = {

@@ -106,8 +106,6 @@ KITH_INLINE void pair_magma2(enum kith_kernel kernel, const void *constants, con
   OUT(KITH_SIGNAL) = p.r * inverse < KITH_SIGNAL_EDGE ? p.signal : 0;
 }
 
-KITH_FORCE_BLOCKS(pair_magma2, MAGMA2_PACKED)
-
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct magma2 *m = package->self;
@@ -124,6 +122,8 @@ static void copy_corrections(const double *restrict i, double *restrict j) {
   const double h = i[KITH_PACKED_INVERSE] / J(KITH_PACKED_INVERSE), scale = kith_pow_dim(h);
   for (int k = MAGMA2_MATRIX; k < MAGMA2_SLOPE; ++k) J(k) = i[k] * scale;
 }
+
+KITH_FORCE_FORM(pair_magma2, MAGMA2_PACKED, pack, copy_corrections)
 
 static kith_status magma2_create(struct kith_package *package) {
   struct magma2 *m = package->self;
@@ -155,14 +155,10 @@ static kith_status magma2_evaluate(struct kith_package *package, struct kith_con
   const struct magma2_constants constants = {
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .dissipation = settings->pressure_dissipation};
-  return kith_force(package, connectivity, kick,
-                    &(struct kith_force_pass){.pack = pack,
-                                              .copy_corrections = copy_corrections,
-                                              .evaluate = pair_magma2_of[package->kernel],
-                                              .n_packed = MAGMA2_PACKED,
-                                              .constants = &constants,
-                                              .exchanged = between,
-                                              .n_exchanged = n});
+  return kith_force(
+      package, connectivity, kick,
+      &(struct kith_force_pass){
+          .form = &pair_magma2_form, .constants = &constants, .exchanged = between, .n_exchanged = n});
 }
 
 const struct kith_package_ops kith_package_magma2 = {

@@ -200,7 +200,6 @@ KITH_INLINE void pair_one_point(enum kith_kernel kernel, const void *constants, 
                      &J(MFM_MATRIX), KITH_STRIDE, face);
   flux(closer_of(constants, r, i, j), r * 2 * hi * hj / (hi + hj) < KITH_SIGNAL_EDGE, face, i, j, out);
 }
-KITH_FORCE_BLOCKS(pair_one_point, MFM_PACKED_ONE_POINT)
 
 KITH_INLINE void pair_integrated(enum kith_kernel kernel, const void *constants, const double *restrict i,
                                  const double *restrict j, double *restrict out) {
@@ -215,11 +214,6 @@ KITH_INLINE void pair_integrated(enum kith_kernel kernel, const void *constants,
   const double inverse = KITH_MIN(i[MFM_INVERSE_SUPPORT], J(MFM_INVERSE_SUPPORT)),
                scale = kith_pow_dim(inverse) / inverse; /* a shared node may be at both edges */
   flux(closer_of(constants, sqrt(r2), i, j), area2 * scale * scale > 1e-24, face, i, j, out);
-}
-KITH_HOT static void integrated(const struct kith_force_pass *pass, kith_index i,
-                                const kith_index *restrict partner, const uint16_t *shift, size_t n,
-                                size_t known, struct kith_scratch *s) {
-  kith_force_evaluate(pair_integrated, KITH_N_KERNELS, MFM_PACKED, pass, i, partner, shift, n, known, s);
 }
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
@@ -257,6 +251,9 @@ static void copy_one_point_corrections(const double *restrict i, double *restric
   const double h = i[MFM_INVERSE_SUPPORT] / J(MFM_INVERSE_SUPPORT), scale = kith_pow_dim(h);
   for (int k = MFM_MATRIX; k < MFM_PACKED_ONE_POINT; ++k) J(k) = i[k] * scale;
 }
+
+KITH_FORCE_FORM(pair_one_point, MFM_PACKED_ONE_POINT, pack, copy_one_point_corrections)
+KITH_FORCE_FORM(pair_integrated, MFM_PACKED, pack, NULL)
 
 /* --- fields, passes --- */
 
@@ -301,24 +298,17 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
   struct kith_field *const slopes[] = {mfm->pressure_slope, mfm->faces.matrix};
   const int n_slopes = mfm->faces.matrix != NULL ? 2 : 1;
   const double spacings = kith_root_dim(package->neighbors / kith_ball());
-  struct kith_force_pass force = {.pack = pack,
-                                  .copy_corrections = copy_one_point_corrections,
-                                  .evaluate = pair_one_point_of[package->kernel],
-                                  .n_packed = MFM_PACKED_ONE_POINT,
-                                  .constants = &spacings,
-                                  .exchanged = slopes,
-                                  .n_exchanged = n_slopes};
+  struct kith_force_pass force = {
+      .form = &pair_one_point_form, .constants = &spacings, .exchanged = slopes, .n_exchanged = n_slopes};
   if (mfm->faces.form == MFM_FACES_INTEGRATED) {
     kith_profile_begin(package->profile, "refresh");
     kith_halo_refresh(hydro->halo, hydro->nodes, slopes, n_slopes);
     kith_profile_end(package->profile);
-    force.n_exchanged = 0;
+    force.form = &pair_integrated_form, force.n_exchanged = 0;
     mfm->faces.profile = package->profile;
     mfm->faces.halo = hydro->halo;
     KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
     connectivity = &mfm->faces.graph;
-    force.evaluate = integrated, force.n_packed = MFM_PACKED;
-    force.copy_corrections = NULL;
     force.edges = NDIM, force.edge = mfm->faces.area;
   }
   return kith_force(package, connectivity, kick, &force);

@@ -62,14 +62,10 @@ static inline kith_status kith_diffusion_create(struct kith_package *package) {
 /* Runs the force pass over the rows. */
 static inline kith_status kith_diffusion_evaluate(struct kith_package *package,
                                                   struct kith_connectivity *connectivity,
-                                                  const struct kith_kick *kick, kith_force_packed *pack,
-                                                  kith_force_block *const *evaluate, int n_packed) {
+                                                  const struct kith_kick *kick,
+                                                  const struct kith_force_form *form) {
   return kith_force(package, connectivity, kick,
-                    &(struct kith_force_pass){.pack = pack,
-                                              .evaluate = evaluate[package->kernel],
-                                              .n_packed = n_packed,
-                                              .no_slip = true,
-                                              .constants = package->self});
+                    &(struct kith_force_pass){.form = form, .no_slip = true, .constants = package->self});
 }
 
 /* Returns the longest step at Courant number 1, with the diffusivity k / c of node i. */

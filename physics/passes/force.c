@@ -7,7 +7,7 @@
 
 /* Returns the packed particle of node or ghost i, padded to whole groups of lanes. */
 KITH_INLINE double *packed_particle(const struct kith_force_pass *pass, kith_index i) {
-  return pass->packed + (size_t)i * kith_lanes_padded((size_t)pass->n_packed);
+  return pass->packed + (size_t)i * kith_lanes_padded((size_t)pass->form->n_packed);
 }
 
 void kith_force_shift(const struct kith_force_pass *pass, const uint16_t *shift, size_t n,
@@ -22,7 +22,7 @@ void kith_force_correct_frozen(const struct kith_force_pass *pass, kith_index i,
                                size_t n, struct kith_scratch *s) {
   const double *self = packed_particle(pass, i);
   for (size_t k = 0; k < n; ++k)
-    if (pass->flag[partner[k]] == KITH_FROZEN) pass->copy_corrections(self, s->lane + k);
+    if (pass->flag[partner[k]] == KITH_FROZEN) pass->form->copy_corrections(self, s->lane + k);
 }
 
 void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const kith_index *partner, size_t n,
@@ -41,7 +41,7 @@ void kith_force_mirror(const struct kith_force_pass *pass, kith_index i, const k
           pass->no_slip ? -self[KITH_PACKED_V + a]
                         : self[KITH_PACKED_V + a] -
                               2 * along / r2 * (self[KITH_PACKED_X + a] - kith_lane(s, KITH_PACKED_X + a)[k]);
-    for (int m = KITH_PACKED_OWN; m < pass->n_packed; ++m) kith_lane(s, m)[k] = self[m];
+    for (int m = KITH_PACKED_OWN; m < pass->form->n_packed; ++m) kith_lane(s, m)[k] = self[m];
   }
 }
 
@@ -261,7 +261,7 @@ enum { PACE = 4 };
 KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct kith_partners *of,
                           const uint8_t *activity, kith_index begin, kith_index end) {
   const kith_index *restrict node = pass->connectivity->rows.node;
-  const size_t n_packed = (size_t)pass->n_packed, outside = of->rest + of->given_end - of->before;
+  const size_t n_packed = (size_t)pass->form->n_packed, outside = of->rest + of->given_end - of->before;
   for (size_t e = of->first; e < of->first + of->before; ++e)
     kith_force_prefetch(packed_particle(pass, node[e]), n_packed);
   for (size_t e = outside; e < of->rest + of->n - of->before; ++e)
@@ -280,8 +280,8 @@ KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct k
     struct kith_partner_room room;
     const struct kith_partner_block b = kith_partner_block_at(rows, of, k, &room);
     load_edges(pass, &b, s);
-    pass->evaluate(pass, of->i, b.node, b.shift, b.n,
-                   tile != NULL ? b.n : rows->first[rows->n] - (of->first + k), s);
+    pass->form->evaluate[pass->package->kernel](
+        pass, of->i, b.node, b.shift, b.n, tile != NULL ? b.n : rows->first[rows->n] - (of->first + k), s);
     sum_block(pass, &b, tile, out, sums);
   }
 }
@@ -350,13 +350,13 @@ static void pack(void *context, kith_index begin, kith_index end) {
                      stop = to <= internal ? kith_stretch_end(nodes, from, to) : to;
     for (kith_index i = from; i < stop; ++i)
       if (activity == NULL || i >= internal || activity[i] != KITH_IDLE) {
-        pass->pack(package, i, packed_particle(pass, i));
+        pass->form->pack(package, i, packed_particle(pass, i));
         if (pass->ticks != NULL)
           pack_ticks(pass->rates.kick->blocks, i, pass->ticks + (size_t)i * KITH_LANES);
       }
   }
   kith_profile_count(package->profile, "bytes",
-                     16.0 * (double)kith_lanes_padded((size_t)pass->n_packed) * (end - begin));
+                     16.0 * (double)kith_lanes_padded((size_t)pass->form->n_packed) * (end - begin));
   kith_profile_end(package->profile);
 }
 
@@ -371,7 +371,7 @@ kith_status kith_force(struct kith_package *package, const struct kith_connectiv
   const struct kith_hydro *hydro = package->hydro;
   const struct kith_nodes *nodes = hydro->nodes;
   const kith_index all = kith_nodes_count(nodes), internal = nodes->n_internal;
-  const size_t size = kith_lanes_padded((size_t)pass->n_packed);
+  const size_t size = kith_lanes_padded((size_t)pass->form->n_packed);
   pass->package = package, pass->connectivity = connectivity;
   pass->barrier = package->barrier != NULL ? package->barrier->u8 : NULL;
   pass->flag = hydro->outside_force != NULL ? nodes->flag->u8 : NULL;

@@ -2,7 +2,7 @@
  * pair function in both traversals.
  *
  * A package writes one function of a pair and compiles kith_force_evaluate with it, once per kernel
- * (KITH_FORCE_BLOCKS): the loop over the pairs of a block. What loads the partners before it and sums the
+ * (KITH_FORCE_FORM): the loop over the pairs of a block. What loads the partners before it and sums the
  * rows behind it is the same for all and stands in force.c. The function reads
  *     i[m]      field m of the packed particle i
  *     J(m)      field m of its partner j; behind these the values of the edge from i to j, if there are any
@@ -73,17 +73,24 @@ typedef void kith_force_block(const struct kith_force_pass *pass, kith_index i,
                               const kith_index *restrict partner, const uint16_t *shift, size_t n,
                               size_t known, struct kith_scratch *scratch);
 
+/* What a pair function needs that no evaluation changes. */
+struct kith_force_form {
+  kith_force_packed *pack;
+  kith_force_copy_corrections *copy_corrections; /* NULL: particles have no corrections */
+  int n_packed;                                  /* doubles of a particle */
+  kith_force_block *evaluate[KITH_N_KERNELS];
+};
+
 /* One evaluation of all pairs of the connectivity. */
 struct kith_force_pass {
-  kith_force_packed *pack;
-  kith_force_block *evaluate;                    /* of the kernel of the package */
-  kith_force_copy_corrections *copy_corrections; /* NULL: particles have no corrections */
-  int n_packed, edges;                           /* doubles of a particle, of an edge */
-  const void *constants;                         /* handed to the pair function */
+  const struct kith_force_form *form;
+  const void *constants; /* handed to the pair function */
   /* Fields that ghosts need, exchanged once the particles of internal nodes are packed. */
   struct kith_field *const *exchanged;
   int n_exchanged;
-  const struct kith_pairwise *edge; /* values of edges, from the start of a pair; its other end has - edge */
+  /* Values of edges, from the start of a pair, whose other end has - edge; NULL: none. How many they are. */
+  const struct kith_pairwise *edge;
+  int edges;
   bool no_slip; /* the velocity of a barrier is that of i reversed, not only along the line that joins them */
   /* The rest is filled by kith_force. */
   struct kith_package *package;
@@ -108,10 +115,10 @@ static inline void kith_force_pack(const struct kith_hydro *hydro, kith_index i,
 /* Return the lanes of the edges, which follow the fields padded to whole groups of lanes, and those of the
  * values of the pairs, which follow the edges. */
 KITH_INLINE double *kith_force_edges(const struct kith_force_pass *pass, const struct kith_scratch *s) {
-  return kith_lane(s, (int)kith_lanes_padded((size_t)pass->n_packed));
+  return kith_lane(s, (int)kith_lanes_padded((size_t)pass->form->n_packed));
 }
 KITH_INLINE double *kith_force_values(const struct kith_force_pass *pass, const struct kith_scratch *s) {
-  return kith_lane(s, (int)kith_lanes_padded((size_t)pass->n_packed) + pass->edges);
+  return kith_lane(s, (int)kith_lanes_padded((size_t)pass->form->n_packed) + pass->edges);
 }
 
 /* Particles are prefetched this many partners before they are loaded: a row or two, the time that memory
@@ -155,7 +162,8 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
     }
   }
   if (shift != NULL) kith_force_shift(pass, shift, n, s);
-  if (pass->flag != NULL && pass->copy_corrections != NULL) kith_force_correct_frozen(pass, i, partner, n, s);
+  if (pass->flag != NULL && pass->form->copy_corrections != NULL)
+    kith_force_correct_frozen(pass, i, partner, n, s);
   if (pass->barrier != NULL) kith_force_mirror(pass, i, partner, n, s);
   const size_t lanes = (n + 7) / 8 * 8;
 #pragma omp simd
@@ -164,11 +172,12 @@ KITH_INLINE void kith_force_evaluate(kith_pair_function *pair, enum kith_kernel 
 }
 
 /* Compiles kith_force_evaluate with the function PAIR, of particles of N_PACKED fields, once per kernel, so
- * that the kernel is a constant in the loop over pairs; PAIR_of[kernel] are the functions for kith_force. */
-#define KITH_FORCE_BLOCKS(pair, n_packed)        \
-  enum { pair##_packed = n_packed };             \
-  KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair) \
-  static kith_force_block *const pair##_of[] = {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, pair)};
+ * that the kernel is a constant in the loop over pairs. PAIR_form is the form for kith_force. */
+#define KITH_FORCE_FORM(pair, n_packed, pack, copy_corrections) \
+  enum { pair##_packed = n_packed };                            \
+  KITH_KERNEL_LIST_WITH(KITH_FORCE_BLOCK_, pair)                \
+  static const struct kith_force_form pair##_form = {           \
+      pack, copy_corrections, n_packed, {KITH_KERNEL_LIST_WITH(KITH_KERNEL_CHUNK_NAME_, pair)}};
 #define KITH_FORCE_BLOCK_(pair, name, ...)                                                                \
   KITH_HOT static void pair##_##name(const struct kith_force_pass *pass, kith_index i,                    \
                                      const kith_index *restrict partner, const uint16_t *shift, size_t n, \

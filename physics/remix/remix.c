@@ -110,8 +110,6 @@ KITH_INLINE void pair_remix(enum kith_kernel kernel, const void *constants, cons
   OUT(KITH_SIGNAL) = KITH_HAS_SIGNAL(p.qi, p.qj) ? p.signal : 0;
 }
 
-KITH_FORCE_BLOCKS(pair_remix, REMIX_PACKED)
-
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
   const struct remix *remix = package->self;
@@ -126,6 +124,8 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
 static void copy_corrections(const double *restrict i, double *restrict j) {
   for (int k = REMIX_KERNEL; k < REMIX_PACKED; ++k) J(k) = i[k];
 }
+
+KITH_FORCE_FORM(pair_remix, REMIX_PACKED, pack, copy_corrections)
 
 static kith_status remix_create(struct kith_package *package) {
   struct remix *remix = package->self;
@@ -218,14 +218,10 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
       .viscosity = kith_viscosity_constants(&settings->viscosity, package->neighbors),
       .kernel = kith_kernel_constant(package->kernel),
       .dissipation = settings->pressure_dissipation};
-  return kith_force(package, connectivity, kick,
-                    &(struct kith_force_pass){.pack = pack,
-                                              .copy_corrections = copy_corrections,
-                                              .evaluate = pair_remix_of[package->kernel],
-                                              .n_packed = REMIX_PACKED,
-                                              .constants = &constants,
-                                              .exchanged = between,
-                                              .n_exchanged = n});
+  return kith_force(
+      package, connectivity, kick,
+      &(struct kith_force_pass){
+          .form = &pair_remix_form, .constants = &constants, .exchanged = between, .n_exchanged = n});
 }
 
 static struct kith_package_traits remix_traits(const void *settings) {

@@ -152,9 +152,6 @@ KITH_INLINE void pair_all(enum kith_kernel kernel, const void *constants, const 
                           const double *restrict j, double *restrict out) {
   sph_pair(kernel, true, true, constants, i, j, out);
 }
-KITH_FORCE_BLOCKS(pair_simple, SPH_SIMPLE)
-KITH_FORCE_BLOCKS(pair_full, SPH_FULL)
-KITH_FORCE_BLOCKS(pair_all, SPH_FULL)
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {
   const struct kith_hydro *hydro = package->hydro;
@@ -173,6 +170,10 @@ static void copy_corrections(const double *restrict i, double *restrict j) {
   J(SPH_GRAD_H_TERM) = i[SPH_GRAD_H_TERM] * J(SPH_MASS) / i[SPH_MASS];
 }
 
+KITH_FORCE_FORM(pair_simple, SPH_SIMPLE, pack, copy_corrections)
+KITH_FORCE_FORM(pair_full, SPH_FULL, pack, copy_corrections)
+KITH_FORCE_FORM(pair_all, SPH_FULL, pack, copy_corrections)
+
 static kith_status forces(struct kith_package *package, const struct kith_connectivity *connectivity,
                           const struct kith_kick *kick, int n, struct kith_field *const *exchanged) {
   const struct sph *sph = package->self;
@@ -188,12 +189,9 @@ static kith_status forces(struct kith_package *package, const struct kith_connec
       .kernel = kith_kernel_constant(package->kernel) / nodes->volume,
       .metric = metric};
   return kith_force(package, connectivity, kick,
-                    &(struct kith_force_pass){.pack = pack,
-                                              .copy_corrections = copy_corrections,
-                                              .evaluate = (sph->all_terms ? pair_all_of
-                                                           : sph->full    ? pair_full_of
-                                                                          : pair_simple_of)[package->kernel],
-                                              .n_packed = sph->full ? SPH_FULL : SPH_SIMPLE,
+                    &(struct kith_force_pass){.form = sph->all_terms ? &pair_all_form
+                                                      : sph->full    ? &pair_full_form
+                                                                     : &pair_simple_form,
                                               .constants = &constants,
                                               .exchanged = exchanged,
                                               .n_exchanged = n});

@@ -33,7 +33,6 @@ KITH_INLINE void viscosity_pair(enum kith_kernel kernel, const void *constant, c
   OUT(KITH_HEAT) = OUT(KITH_PARTNER_HEAT) = -0.5 * flow * v2;
   OUT(KITH_SIGNAL) = 0;
 }
-KITH_FORCE_BLOCKS(viscosity_pair, KITH_DIFFUSION_OWN)
 
 static double viscosity_of(const struct kith_package *package, kith_index i) {
   return kith_diffusion_of(package->hydro, i,
@@ -44,9 +43,11 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   kith_diffusion_pack(package->hydro, i, viscosity_of(package, i), packed);
 }
 
+KITH_FORCE_FORM(viscosity_pair, KITH_DIFFUSION_OWN, pack, NULL)
+
 static kith_status evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
                             const struct kith_kick *kick) {
-  return kith_diffusion_evaluate(package, connectivity, kick, pack, viscosity_pair_of, KITH_DIFFUSION_OWN);
+  return kith_diffusion_evaluate(package, connectivity, kick, &viscosity_pair_form);
 }
 
 static double longest_step(const struct kith_package *package, kith_index i) {
