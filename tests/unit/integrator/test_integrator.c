@@ -1,6 +1,6 @@
 /* test_integrator.c - steps of the schemes with compatible energies: conservation to round-off, symmetry (an
- * octant against the whole box), Galilean invariance, order in dt against a fine reference, and the time-step
- * limit against all nodes. Traversals are compared by test_tiles.c. */
+ * octant against the whole box), Galilean invariance, and the time-step limit against all nodes. Traversals
+ * are compared by test_tiles.c, orders in time measured by conformance_scheme.c. */
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
@@ -147,45 +147,6 @@ static void galilean_invariance(void) {
   }
 }
 
-/* --- order in dt --- */
-
-/* Nearly linear, so smooth; without viscosity, whose switch is not smooth. */
-static const char wave[] =
-    "dimension: 1\nscene: wave\n"
-    "resolution: {1d: 32, 2d: 16, 3d: 10}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1], across: 7}\n" PERIODIC GAS
-    "regions:\n"
-    "  - {material: gas, lattice: cubic, density: 1 + 0.01*sin(2*pi*x), pressure: 0.6*(1 + "
-    "0.01*sin(2*pi*x))^(5/3), velocity: [0.01*sin(2*pi*x), 0, 0]}\n"
-    "method: {viscosity: {name: monaghan, alpha: 0, beta: 0}}\n"
-    "until: 0.32\n";
-
-/* All schemes solve the same equations of motion, so one reference serves: leapfrog with an eighth of the
- * finest step, whose own error is below 2 % of what is measured. The order must be 2 within 0.12, as the next
- * term in dt is 1/13 of the first. (conformance_scheme.c does this with thermal energies.) */
-static void order_in_dt(void) {
-  static const char *const fields[] = {"position", "velocity", "energy"};
-  struct scenario reference = {0};
-  if (scenario_open(&reference, wave, "scheme.dt=0.001")) scenario_run(&reference, 1000);
-  for (int s = 0; s < SCHEMES; ++s) {
-    struct scenario coarse = {0}, fine = {0};
-    if (scenario_open(&coarse, wave, "scheme.name=%s scheme.dt=0.016", schemes[s]))
-      scenario_run(&coarse, 1000);
-    if (scenario_open(&fine, wave, "scheme.name=%s scheme.dt=0.008", schemes[s]) &&
-        scenario_run(&fine, 1000)) {
-      CHECK(coarse.simulation->integrator.step == 20 && fine.simulation->integrator.step == 40);
-      for (int f = 0; f < 3; ++f) {
-        const double order = log2(scenario_distance(&reference, &coarse, fields[f]) /
-                                  scenario_distance(&reference, &fine, fields[f]));
-        CHECK_CLOSE(order, 2, 0.12);
-      }
-    }
-    scenario_close(&fine);
-    scenario_close(&coarse);
-  }
-  scenario_close(&reference);
-}
-
 /* The search for the limit skips nodes that surely allow more, and must find the least limit of all nodes. */
 static void limit_is_the_least(void) {
   static const char *const settings[] = {"method.package=sph", "method.package=mfm", "materials.gas.gamma=3",
@@ -214,6 +175,5 @@ int main(void) {
   conserved_between_walls();
   octant_is_whole();
   galilean_invariance();
-  order_in_dt();
   return check_failed();
 }
