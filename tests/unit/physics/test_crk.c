@@ -3,8 +3,6 @@
  * header. Also identities of corrected kernels, gas at rest, and nodes in lines and flat bars. */
 #include "tests/unit/physics/sph_world.h"
 
-static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};
-
 /* Sums of a few hundred terms; moment matrices of random nodes have conditions of 1e2 and more. */
 static const double round_off = 1e-10;
 
@@ -238,18 +236,15 @@ static void check_exact(const struct world *w, const struct truth *t, const stru
   }
 }
 
-static void check_world(const struct method *m, enum side side, const int *cells, uint64_t seed) {
+static void check_world(const struct method *m, enum side side, const int *cells, int form, uint64_t seed) {
+  (void)form;
   static struct kernels kernels;
   struct world w;
   struct truth t = {0};
   create(&w, cells, side, 0.3, m, seed);
   if (m->balsara == KITH_BALSARA_SLOW) world_shear(&w);
-  for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b) /* one node is on a face */
-    w.nodes->position->f64[b] = b == 0 ? 0 : 0.5 * w.length[b];
-  truth_density(&w, &t);
-  world_root(&w, &t);
-  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k) /* kicks start from another velocity than forces see */
-    w.it.kick.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
+  if (side == REFLECTING && NDIM > 1 && cells[0] > 3) world_touch_face(&w);
+  world_prepare(&w, &t, &seed);
   crk_truth(&w, &t, &kernels);
   CHECK_OK(world_evaluate(&w));
   const int n = w.nodes->n_internal;
@@ -266,33 +261,12 @@ static void check_world(const struct method *m, enum side side, const int *cells
   world_destroy(&w);
 }
 
-static void check_worlds(void) {
-  static const enum kith_viscosity viscosity[] = {KITH_VISCOSITY_MONAGHAN, KITH_VISCOSITY_LIMITED,
-                                                  KITH_VISCOSITY_NONE, KITH_VISCOSITY_LIMITED};
-  uint64_t seed = 1;
-  for (int k = 0; k < KITH_N_KERNELS; ++k)
-    for (int side = OPEN; side <= REFLECTING; ++side)
-      for (int form = 0; form < 8; ++form) {
-        const struct method m = {(enum kith_kernel)k,
-                                 viscosity[form % 4],
-                                 form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
-                                 (form & 4) != 0,
-                                 form & 1 ? 1.7 : 0.6,
-                                 form & 4 ? 2.2 : 0,
-                                 (enum kith_balsara)((form / 2 + k + side) % 4)};
-        const int *cells = boxes[(form + k) % 2];
-        if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them, to save time */
-        if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
-        check_world(&m, (enum side)side, cells, ++seed);
-      }
-}
-
 /* Uniform gas on a lattice is at rest; on displaced nodes forces are small beside P / (rho spacing) = 2/3. */
 static void check_rest(double jitter, double most) {
   const struct method m = {KITH_KERNEL_wendland_c2, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, true, 1, 2,
                            KITH_BALSARA_NONE};
   struct world w;
-  create(&w, boxes[0], PERIODIC, jitter, &m, 3);
+  create(&w, world_boxes[0], PERIODIC, jitter, &m, 3);
   for (int i = 0; i < w.nodes->n_internal; ++i) {
     w.hydro.mass->f64[i] = 2;
     for (int a = 0; a < NDIM; ++a) w.hydro.velocity->f64[i * NDIM + a] = 0;
@@ -421,7 +395,7 @@ static void check_refused(void) {
 }
 
 int main(void) {
-  check_worlds();
+  worlds(check_world);
   check_rest(0, 1e-12);
   check_rest(0.2, 0.3);
   check_sawtooth();

@@ -3,9 +3,6 @@
  * that are isolated or coincident. */
 #include "tests/unit/physics/sph_world.h"
 
-/* The second box is thinner than most supports. */
-static const int boxes[][3] = {{NDIM == 1 ? 14 : NDIM == 2 ? 7 : 5, NDIM == 2 ? 6 : 4, 4}, {3, 3, 3}};
-
 /* Sums of a few hundred terms; constant, self weight and roots of the oracle are accurate to 1e-15 to
  * 1e-13. */
 static const double round_off = 1e-11;
@@ -36,22 +33,17 @@ static void check_against(struct world *w, struct truth *t) {
   truth_check_kick(w, t, round_off);
 }
 
-static void check_world(const struct method *m, enum side side, const int *cells, bool equal_masses,
-                        uint64_t seed) {
+static void check_world(const struct method *m, enum side side, const int *cells, int form, uint64_t seed) {
+  const bool equal_masses = (form + (int)side) % 4 == 3;
   struct world w;
   struct truth t = {0};
   world_create(&w, cells, side, 0.3, m, seed);
   if (m->balsara == KITH_BALSARA_SLOW) world_shear(&w);
   for (int i = 0; equal_masses && i < w.nodes->n_internal; ++i) w.hydro.mass->f64[i] = 3.5;
-  /* Put a node on the face, where its image coincides with it. In 1-D these two would be all the neighbors
-   * that are wanted, and close to an edge all images may coincide. */
-  for (int b = 0; side == REFLECTING && NDIM > 1 && cells[0] > 3 && b < NDIM; ++b)
-    w.nodes->position->f64[b] = b == 0 ? 0 : 0.5 * w.length[b];
-  truth_density(&w, &t);
-  world_root(&w, &t);
-  /* kicks start from another velocity than forces see */
-  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k)
-    w.it.kick.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
+  /* In 1-D a node on a face and its image would be all the neighbors that are wanted, and close to an edge
+   * all images may coincide. */
+  if (side == REFLECTING && NDIM > 1 && cells[0] > 3) world_touch_face(&w);
+  world_prepare(&w, &t, &seed);
   truth_all(&w, &t);
   CHECK_OK(world_evaluate(&w));
   check_against(&w, &t);
@@ -61,25 +53,6 @@ static void check_world(const struct method *m, enum side side, const int *cells
   world_destroy(&w);
 }
 
-static void check_worlds(void) {
-  uint64_t seed = 1;
-  for (int k = 0; k < KITH_N_KERNELS; ++k)
-    for (int side = OPEN; side <= REFLECTING; ++side)
-      for (int form = 0; form < 8; ++form) {
-        const struct method m = {(enum kith_kernel)k,
-                                 form & 1 ? KITH_VISCOSITY_LIMITED : KITH_VISCOSITY_MONAGHAN,
-                                 form & 2 ? KITH_TRAVERSE_PAIRS : KITH_TRAVERSE_GATHER,
-                                 (form & 4) != 0,
-                                 form & 1 ? 1.7 : 0.6,
-                                 form & 4 ? 2.2 : 0,
-                                 (enum kith_balsara)((form / 2 + k + side) % 4)};
-        const int *cells = boxes[(form + k) % 2];
-        if (NDIM == 3 && (form + k + side) % 3 != 0) continue;   /* a third of them, to save time */
-        if (side == OPEN && cells[0] == 3 && NDIM < 3) continue; /* too few nodes */
-        check_world(&m, (enum side)side, cells, (form + side) % 4 == 3, ++seed);
-      }
-}
-
 /* For v = A x + b the gradient is A at every node of an open box, also at its edge. */
 static void check_linear(enum kith_kernel kernel) {
   const struct method m = {kernel, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_GATHER, false, 1,
@@ -87,7 +60,7 @@ static void check_linear(enum kith_kernel kernel) {
   const double matrix[9] = {-0.7, 1.3, 0.4, -2.1, 0.9, 0.6, 1.1, -0.5, -1.6};
   struct world w;
   struct truth t = {0};
-  world_create(&w, boxes[0], OPEN, 0.3, &m, 5);
+  world_create(&w, world_boxes[0], OPEN, 0.3, &m, 5);
   truth_density(&w, &t);
   world_root(&w, &t);
   for (int i = 0; i < w.nodes->n_internal; ++i)
@@ -123,7 +96,7 @@ static void check_root(double guess, enum side side, bool equal_masses) {
                            KITH_BALSARA_NONE};
   struct world w;
   struct truth t = {0};
-  world_create(&w, boxes[0], side, 0.3, &m, 9);
+  world_create(&w, world_boxes[0], side, 0.3, &m, 9);
   for (int i = 0; equal_masses && i < w.nodes->n_internal; ++i) w.hydro.mass->f64[i] = 3.5;
   truth_density(&w, &t);
   for (int i = 0; i < w.nodes->n_internal; ++i) w.nodes->support->f64[i] = guess * t.support[i];
@@ -153,7 +126,7 @@ static void check_isolated(void) {
                            KITH_BALSARA_NONE};
   struct world w;
   struct truth t = {0};
-  world_create(&w, boxes[0], OPEN, 0.3, &m, 13);
+  world_create(&w, world_boxes[0], OPEN, 0.3, &m, 13);
   w.nodes->position->f64[2 * NDIM] = -50;
   truth_density(&w, &t);
   CHECK(t.support[2] > 45);
@@ -179,8 +152,8 @@ static void check_coincident(void) {
     const struct method m = {(enum kith_kernel)k, KITH_VISCOSITY_LIMITED, KITH_TRAVERSE_PAIRS, true, 1, 2,
                              KITH_BALSARA_NONE};
     struct world w;
-    world_create(&w, boxes[0], REFLECTING, 0.3, &m, 13);
-    for (int a = 0; a < NDIM; ++a) w.nodes->position->f64[a] = a == 0 ? 0 : 0.5 * w.length[a]; /* on a face */
+    world_create(&w, world_boxes[0], REFLECTING, 0.3, &m, 13);
+    world_touch_face(&w);
     CHECK_STATUS(NDIM == 1 ? KITH_DIVERGED : KITH_OK, kith_integrator_start(&w.it));
     if (NDIM == 1)
       CHECK(strstr(kith_failure(), "node 100 ") != NULL &&
@@ -206,7 +179,7 @@ static void check_few(void) {
 }
 
 int main(void) {
-  check_worlds();
+  worlds(check_world);
   for (int k = 0; k < KITH_N_KERNELS; ++k) check_linear((enum kith_kernel)k);
   const double guesses[] = {0.3, 0.8, 1.0, 1.5, 4.0};
   for (int g = 0; g < 5; ++g)

@@ -214,10 +214,7 @@ static void check_world(const struct form *form, enum side side, const int *cell
   memset(&m, 0, sizeof m);
   mfm_create(&w, cells, side, 0.3, form, seed);
   w.nodes->position->f64[0] -= away * w.length[0];
-  truth_density(&w, &m.t);
-  world_root(&w, &m.t);
-  for (int k = 0; k < w.nodes->n_internal * NDIM; ++k)
-    w.it.kick.velocity_base->f64[k] = w.hydro.velocity->f64[k] + 0.3 * (check_random(&seed) - 0.5);
+  world_prepare(&w, &m.t, &seed);
   CHECK_OK(world_evaluate(&w));
   truth_states(&w, &m);
   const int n = w.nodes->n_internal;
