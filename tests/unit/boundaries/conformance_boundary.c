@@ -4,7 +4,6 @@
  * Every image that an internal node may interact with is there once, and no image breaks the rule of
  * boundary.h. Boxes are much larger than the supports, as large, and several times thinner; nodes are on
  * faces, edges and corners, outside of the box, or there is one; all combinations of boundaries are tested.
- * Culling: of each boundary, ghosts that were created are kept or culled.
  * Enforcing: every node ends inside of the box, as one of its images. Bad settings are refused. */
 #include "tests/check.h"
 #include "boundaries/flow.h"
@@ -281,40 +280,7 @@ static void check_counts(const struct box_scene *s, const uint8_t *count, size_t
   CHECK(wrong == 0);
 }
 
-/* Culls random ghosts: those that are kept, and the controls of their chain, must stay as they were. */
-static void check_cull(const struct kith_boundaries *all, struct kith_nodes *nodes, uint64_t *seed) {
-  const kith_index n = kith_nodes_count(nodes), n_ghost = nodes->n_ghost;
-  int created[NDIM] = {0}, kept[NDIM] = {0}, culled[NDIM] = {0}, wrong = 0;
-  uint8_t *keep = calloc((size_t)n_ghost + 1, 1), *needed = calloc((size_t)n, 1);
-  kith_index *renumber = malloc((size_t)n * sizeof *renumber);
-  double *x = malloc((size_t)n * sizeof(double[NDIM]));
-  memcpy(x, nodes->position->f64, (size_t)n * sizeof(double[NDIM]));
-  for (kith_index g = 0; g < n_ghost; ++g) keep[g] = needed[nodes->n_internal + g] = check_random(seed) < 0.3;
-  for (int b = nodes->n_blocks - 1; b >= 0; --b)
-    for (kith_index k = 0; k < nodes->blocks[b].count; ++k)
-      needed[nodes->blocks[b].control[k]] |= needed[nodes->blocks[b].first + k];
-  for (int b = 0; b < nodes->n_blocks; ++b) {
-    const struct kith_ghost_block *block = &nodes->blocks[b];
-    CHECK(block->boundary >= 0 && block->boundary < all->n);
-    created[block->boundary] += block->count;
-    for (kith_index k = 0; k < block->count; ++k) culled[block->boundary] += !needed[block->first + k];
-  }
-  CHECK_OK(kith_nodes_cull_ghosts(nodes, keep, renumber));
-  for (int b = 0; b < nodes->n_blocks; ++b) kept[nodes->blocks[b].boundary] += nodes->blocks[b].count;
-  for (int b = 0; b < all->n; ++b) CHECK(created[b] == culled[b] + kept[b]);
-  for (int round = 0; round < 2; ++round) { /* after the move, and after a refresh from their controls */
-    for (kith_index i = nodes->n_internal; i < n; ++i)
-      wrong += (renumber[i] >= 0) != needed[i] ||
-               (needed[i] && memcmp(nodes->position->f64 + (size_t)renumber[i] * NDIM, x + (size_t)i * NDIM,
-                                    sizeof(double[NDIM])) != 0);
-    kith_nodes_refresh_images(nodes, &nodes->position, 1);
-  }
-  CHECK(wrong == 0);
-  free(keep), free(needed), free(renumber), free(x);
-}
-
 static void check_scene(struct box_scene *s) {
-  static uint64_t seed = 9;
   double most = 0;
   for (int i = 0; i < s->n; ++i) most = fmax(most, s->radius[i]);
   size_t n_keys = (size_t)s->n;
@@ -330,7 +296,6 @@ static void check_scene(struct box_scene *s) {
   count_ghosts(s, nodes, count);
   check_counts(s, count, n_keys);
   free(count);
-  check_cull(&all, nodes, &seed);
   kith_boundaries_clear(&all);
   kith_nodes_destroy(&nodes);
 }
