@@ -11,11 +11,8 @@ static struct kith_ranks *ranks;
 
 /* Periodic, reflecting and open sides, two materials, supports of different size, nodes that move from rank
  * to rank. */
-static const char box[] =
-    "scene: box\n"
-    "dimension: 3\n"
+static const char box[] = SCENARIO_UNIT
     "resolution: {1d: 40, 2d: 14, 3d: 7}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
     "materials: {gas: {gamma: 1.4}, other: {gamma: 1.6666666666666667}}\n"
     "regions:\n"

@@ -9,6 +9,10 @@
 #include "app/simulation/simulation.h"
 #include "tests/check.h"
 
+/* What most scenes begin with: the unit box, and its periodic sides. */
+#define SCENARIO_UNIT "scene: scenario\ndimension: 3\ndomain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
+#define SCENARIO_PERIODIC SCENARIO_UNIT "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+
 /* Owns both. `simulation` is NULL if it could not be created; a failed check then says why. */
 struct scenario {
   struct kith_scene *scene;

@@ -20,10 +20,8 @@ static const char wave[] =
     "0.1*sin(2*pi*x))^(5/3), velocity: [0.1*sin(2*pi*x), 0, 0]}\n" THERMAL "until: 0.32\n";
 
 /* Disordered gas with a blast, between reflecting and periodic sides. */
-static const char box[] =
-    "dimension: 3\nscene: box\n"
+static const char box[] = SCENARIO_UNIT
     "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: periodic, y: reflecting, z: periodic}\n" GAS
     "regions:\n"
     "  - {material: gas, jitter: 0.3, seed: 5, lattice: cubic, density: 1, pressure: 0.3, velocity: [0.7, "
@@ -33,11 +31,8 @@ static const char box[] =
     "until: 1\n";
 
 /* The same gas between periodic sides, beside frozen nodes. */
-static const char beside_frozen[] =
-    "dimension: 3\nscene: held\n"
-    "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
-    "boundaries: {x: periodic, y: periodic, z: periodic}\n" GAS
+static const char beside_frozen[] = SCENARIO_PERIODIC
+    "resolution: {1d: 40, 2d: 12, 3d: 6}\n" GAS
     "regions:\n"
     "  - {material: gas, where: {x: [0, 0.7]}, jitter: 0.3, seed: 5, lattice: cubic, density: 1, pressure: "
     "0.3, velocity: [0.7, -0.4, 0.2]}\n"

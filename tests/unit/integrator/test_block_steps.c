@@ -9,10 +9,8 @@
 #define BLOCK "scheme: {steps: block}\n"
 
 /* A blast beside a wall in disordered gas that conducts heat, in contact with a lighter gas. */
-static const char blast[] =
-    "dimension: 3\nscene: blast\n"
+static const char blast[] = SCENARIO_UNIT
     "resolution: {1d: 60, 2d: 16, 3d: 8}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
     "materials: {gas: {gamma: 1.4}, light: {gamma: 1.6666666666666667}}\n"
     "regions:\n"

@@ -2,11 +2,8 @@
  * were absent; and excluders that are refused. */
 #include "tests/unit/scenario.h"
 
-static const char mixture[] =
-    "scene: mixture\n"
-    "dimension: 3\n"
+static const char mixture[] = SCENARIO_UNIT
     "resolution: {1d: 30, 2d: 8, 3d: 4}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
     "materials: {light: {gamma: 1.4}, heavy: {gamma: 1.6666666666666667}}\n"
     "regions:\n"

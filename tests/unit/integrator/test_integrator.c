@@ -5,12 +5,9 @@
 #include "tests/unit/scenario.h"
 
 #define GAS "materials: {gas: {gamma: 1.6666666666666667}}\n"
-#define PERIODIC "boundaries: {x: periodic, y: periodic, z: periodic}\n"
 
-static const char blast[] =
-    "dimension: 3\nscene: blast\n"
-    "resolution: {1d: 60, 2d: 16, 3d: 6}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n" PERIODIC GAS
+static const char blast[] = SCENARIO_PERIODIC
+    "resolution: {1d: 60, 2d: 16, 3d: 6}\n" GAS
     "regions:\n"
     "  - {material: gas, lattice: cubic, jitter: 0.2, seed: 3, density: 1, pressure: 0.01, velocity: "
     "[0.3, 0.2, -0.1]}\n"
@@ -64,7 +61,8 @@ static void conserved_between_walls(void) {
 static const char sedov[] =
     "dimension: 3\nscene: sedov\n"
     "resolution: {1d: 60, 2d: 24, 3d: 12}\n"
-    "domain: {lower: [-0.5, -0.5, -0.5], upper: [0.5, 0.5, 0.5]}\n" PERIODIC GAS
+    "domain: {lower: [-0.5, -0.5, -0.5], upper: [0.5, 0.5, 0.5]}\n"
+    "boundaries: {x: periodic, y: periodic, z: periodic}\n" GAS
     "regions:\n"
     "  - {material: gas, lattice: cubic, density: 1, pressure: 1.0e-6}\n"
     "energy: {energy: 1, center: [0, 0, 0], over: kernel, spacings: 2.4}\n"

@@ -5,12 +5,8 @@
 #include "tests/unit/scenario.h"
 
 /* Disordered gas with an asymmetric blast: nodes cross faces, and supports differ. */
-static const char box[] =
-    "scene: box\n"
-    "dimension: 3\n"
+static const char box[] = SCENARIO_PERIODIC
     "resolution: {1d: 40, 2d: 14, 3d: 7}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
-    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
     "materials: {gas: {gamma: 1.4}}\n"
     "regions:\n"
     "  - {material: gas, lattice: cubic, jitter: 0.3, seed: 5, density: 1, pressure: 0.1, velocity: [0.7, "

@@ -138,10 +138,8 @@ static void orbits(void) {
 
 /* --- a mirror as floor --- */
 
-static const char floor_below[] =
-    "dimension: 1\nscene: floor\n"
+static const char floor_below[] = SCENARIO_UNIT
     "resolution: 10\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: reflecting}\n"
     "gravity: [-3, 0, 0]\n"
     "materials: {gas: {eos: isothermal, sound_speed: 0.5}}\n"

@@ -29,10 +29,8 @@ static double smallest_distance(const struct kith_nodes *nodes) {
 
 /* Without t the smallest distance is 0.43 to 0.85 spacings. */
 static void check_stays_apart(const char *package) {
-  static const char box[] =
-      "dimension: {1d: 1, 2d: 2, 3d: 3}\nresolution: {1d: 32, 2d: 16, 3d: 8}\n"
-      "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
-      "boundaries: {x: periodic, y: periodic, z: periodic}\n"
+  static const char box[] = SCENARIO_PERIODIC
+      "resolution: {1d: 32, 2d: 16, 3d: 8}\n"
       "materials: {water: {eos: stiffened, gamma: 4.4, stiffness: 0.6}}\n"
       "regions:\n  - {material: water, lattice: cubic, jitter: 0.05, density: 1, pressure: -0.1}\n"
       "until: 3\n";

@@ -4,12 +4,8 @@
 #include <omp.h>
 #include "tests/unit/scenario.h"
 
-static const char box[] =
-    "scene: tiles\n"
-    "dimension: 2\n"
+static const char box[] = SCENARIO_PERIODIC
     "resolution: {1d: 1200, 2d: 36, 3d: 11}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
-    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
     "materials: {gas: {gamma: 1.4}}\n"
     "regions:\n"
     "  - {material: gas, jitter: 0.2, lattice: cubic, density: '1 + 0.5 * sin(2 * _pi * x)', pressure: 1,\n"

@@ -2,10 +2,8 @@
  * displacements that are refused. */
 #include "tests/unit/scenario.h"
 
-static const char box[] =
-    "dimension: 1\nscene: box\n"
+static const char box[] = SCENARIO_UNIT
     "resolution: {1d: 40, 2d: 20, 3d: 10}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: reflecting, y: reflecting, z: reflecting}\n"
     "materials: {gas: {gamma: 1.4}}\n"
     "regions: [{material: gas, lattice: cubic, density: 1 + x, pressure: 1}]\n"

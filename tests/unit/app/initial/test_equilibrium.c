@@ -4,12 +4,8 @@
 #include "tests/unit/scenario.h"
 
 /* The pressure varies, and on disordered nodes the summed density is not 1. */
-static const char disordered[] =
-    "scene: shaken\n"
-    "dimension: 3\n"
+static const char disordered[] = SCENARIO_PERIODIC
     "resolution: {1d: 40, 2d: 14, 3d: 8}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
-    "boundaries: {x: periodic, y: periodic, z: periodic}\n"
     "materials: {gas: {gamma: 1.4}, water: {eos: stiffened, gamma: 4, stiffness: 2}}\n"
     "regions:\n"
     "  - {material: gas, where: {x: [0, 0.5]}, lattice: cubic, jitter: 0.3, seed: 5, density: 1, "

@@ -13,11 +13,8 @@
 #include "tests/unit/oracle.h"
 #include "tests/unit/scenario.h"
 
-static const char box[] =
-    "scene: box\n"
-    "dimension: 3\n"
+static const char box[] = SCENARIO_UNIT
     "resolution: {1d: 40, 2d: 10, 3d: 6}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "materials: {gas: {gamma: 1.4}, other: {gamma: 1.4}}\n"
     "arrangement: equal-spacing\n"
     "regions:\n"

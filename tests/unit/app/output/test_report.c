@@ -175,11 +175,8 @@ static void empty_report(void) {
 
 /* Values from the objects of a run. */
 static void collected(void) {
-  static const char box[] =
-      "scene: box\n"
-      "dimension: 3\n"
+  static const char box[] = SCENARIO_UNIT
       "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
-      "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
       "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
       "materials: {gas: {gamma: 1.4}}\n"
       "regions: [{material: gas, jitter: 0.3, lattice: cubic, density: 1, pressure: 1}]\n"

@@ -6,11 +6,8 @@
 #include "tests/unit/scenario.h"
 
 /* Fast nodes that cross periodic faces and meet walls; two materials, one of which may be frozen. */
-static const char box[] =
-    "scene: box\n"
-    "dimension: 3\n"
+static const char box[] = SCENARIO_UNIT
     "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: periodic, y: reflecting, z: periodic}\n"
     "materials: {gas: {gamma: 1.4}, other: {gamma: 1.6666666666666667}}\n"
     "regions:\n"
@@ -22,11 +19,8 @@ static const char box[] =
     "until: 1\n";
 
 /* Cold gas that streams through itself, so that nodes hit walls at every step. */
-static const char streams[] =
-    "scene: streams\n"
-    "dimension: 3\n"
+static const char streams[] = SCENARIO_UNIT
     "resolution: {1d: 40, 2d: 12, 3d: 6}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "boundaries: {x: reflecting, y: reflecting, z: reflecting}\n"
     "materials: {gas: {eos: isothermal, sound_speed: 0.05}}\n"
     "regions:\n"

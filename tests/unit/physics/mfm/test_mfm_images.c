@@ -3,11 +3,8 @@
  * their own images and of several images of another. Only the order of sums differs. */
 #include "tests/unit/scenario.h"
 
-static const char noisy[] =
-    "scene: noisy\n"
-    "dimension: 2\n"
+static const char noisy[] = SCENARIO_UNIT
     "resolution: {1d: 24, 2d: 12, 3d: 5}\n"
-    "domain: {lower: [0, 0, 0], upper: [1, 1, 1]}\n"
     "materials: {gas: {gamma: 1.4}}\n"
     "regions:\n"
     "  - {material: gas, jitter: 0.3, lattice: cubic, density: 1, pressure: 'x * (1 - x)',\n"
