@@ -1,8 +1,7 @@
 /* test_block_steps.c - block time steps: conservation with any steps (round-off), one level against global
  * steps, energies and updates of a blast against those of global steps, failure without limits, other units
- * of time, threads, and settings that are refused. Lists of active nodes are tested by test_connectivity.c,
- * ranks and restarts by tests/mpi. */
-#include <omp.h>
+ * of time, and settings that are refused. Lists of active nodes are tested by test_connectivity.c, threads by
+ * test_lifecycle.c, ranks and restarts by tests/mpi. */
 #include "integrator/block_lengths.h"
 #include "tests/unit/scenario.h"
 
@@ -198,19 +197,6 @@ static void equal_costs_are_equal(void) {
   }
 }
 
-static void threads(void) {
-  struct scenario one = {0}, two = {0};
-  const int before = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const bool first = scenario_open(&one, blast, "scheme.random_steps=5") && scenario_run(&one, 2);
-  omp_set_num_threads(2);
-  if (first && scenario_open(&two, blast, "scheme.random_steps=5") && scenario_run(&two, 2))
-    CHECK(scenario_difference(&one, &two) == NULL);
-  omp_set_num_threads(before);
-  scenario_close(&one);
-  scenario_close(&two);
-}
-
 /* A heavy node beside a light one must end steps early, also if it is frozen and makes no steps itself. */
 static void heavy_nodes_are_noticed(void) {
   static const struct {
@@ -243,7 +229,6 @@ int main(void) {
   round_off_decides_no_step();
   plate();
   equal_costs_are_equal();
-  threads();
   heavy_nodes_are_noticed();
   refused();
   return check_failed();
