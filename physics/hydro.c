@@ -23,24 +23,19 @@ void kith_external_force_add(const struct kith_external_force *external_force, c
 }
 
 kith_status kith_hydro_init(struct kith_hydro *hydro, struct kith_nodes *nodes) {
+#define ROW(kind, role, name, output, doc) \
+  { true, {#name, KITH_##kind, KITH_F64, KITH_##role, output, doc}, &hydro->name }
   const struct kith_field_row table[] = {
-      {true, {"mass", KITH_SCALAR, KITH_F64, KITH_STATE, "Masses", "mass of the node"}, &hydro->mass},
-      {true, {"velocity", KITH_VELOCITY, KITH_F64, KITH_STATE, "Velocities", "velocity"}, &hydro->velocity},
-      {true,
-       {"energy", KITH_SCALAR, KITH_F64, KITH_STATE, "InternalEnergy", "internal energy per unit mass"},
-       &hydro->energy},
-      {true,
-       {"density", KITH_SCALAR, KITH_F64, KITH_KEPT, "Density", "mass per unit volume"},
-       &hydro->density},
-      {true, {"pressure", KITH_SCALAR, KITH_F64, KITH_KEPT, "Pressure", "pressure"}, &hydro->pressure},
-      {true,
-       {"sound_speed", KITH_SCALAR, KITH_F64, KITH_KEPT, "SoundSpeed", "adiabatic sound speed"},
-       &hydro->sound_speed},
-      {true,
-       {"acceleration", KITH_VECTOR, KITH_F64, KITH_OWN_KEPT, "Accelerations", "dv/dt"},
-       &hydro->acceleration},
-      {true, KITH_SPEC(SCALAR, OWN_KEPT, "energy_rate", "du/dt"), &hydro->energy_rate},
+      ROW(SCALAR, STATE, mass, "Masses", "mass of the node"),
+      ROW(VELOCITY, STATE, velocity, "Velocities", "velocity"),
+      ROW(SCALAR, STATE, energy, "InternalEnergy", "internal energy per unit mass"),
+      ROW(SCALAR, KEPT, density, "Density", "mass per unit volume"),
+      ROW(SCALAR, KEPT, pressure, "Pressure", "pressure"),
+      ROW(SCALAR, KEPT, sound_speed, "SoundSpeed", "adiabatic sound speed"),
+      ROW(VECTOR, OWN_KEPT, acceleration, "Accelerations", "dv/dt"),
+      ROW(SCALAR, OWN_KEPT, energy_rate, NULL, "du/dt"),
       {0}};
+#undef ROW
   *hydro = (struct kith_hydro){.nodes = nodes, .masses_of = UINT64_MAX};
   return kith_nodes_fields(nodes, table);
 }
