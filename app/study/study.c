@@ -131,7 +131,7 @@ static const json_t *at(const json_t *object, const char *path) {
 kith_status kith_report_measure(const char *path, const char *measure, double *value) {
   char key[2][128];
   double number[2] = {NAN, 1};
-  const char *missing = NULL;
+  const char *missing = NULL, *what = "";
   json_error_t error;
   const int parts = kith_measure_parse(measure, key), n_keys = parts > 1 ? 2 : 1;
   json_t *report = json_load_file(path, 0, &error);
@@ -142,10 +142,10 @@ kith_status kith_report_measure(const char *path, const char *measure, double *v
     if (json_is_number(found))
       number[k] = json_number_value(found);
     else
-      missing = key[k];
+      missing = key[k], what = found == NULL ? "not there" : json_is_null(found) ? "null" : "not a number";
   }
   json_decref(report);
-  if (missing != NULL) KITH_FAIL(BAD_FILE, "%s: no %s", path, missing);
+  if (missing != NULL) KITH_FAIL(BAD_FILE, "%s: %s is %s", path, missing, what);
   *value = parts > 2 ? fabs(number[0] / number[1] - 1) : number[0] / number[1];
   return KITH_OK;
 }
@@ -314,7 +314,7 @@ static kith_status run_job(struct kith_study *s, double cpu_limit, const struct 
     if (!p->failed && kith_report_measure(report, measure, &p->value[k]) == KITH_OK) continue;
     p->value[k] = NAN;
     if (k < KITH_MEASURES || p->failed) continue; /* the numbers common to all studies may be missing */
-    snprintf(p->why, sizeof p->why, "no %s in the report", measure);
+    snprintf(p->why, sizeof p->why, "%.250s", kith_failure());
     p->failed = true;
   }
   ++s->n_done, s->n_failed += p->failed;

@@ -50,7 +50,8 @@ kith_status kith_job_check(const struct kith_programs *programs, const struct ki
 /* Finds the keys A and B of a measure. Returns 1 if it is A, 2 if it is A / B, 3 if it is A / B - 1, and 0 if
  * it is none of these. */
 int kith_measure_parse(const char *measure, char key[2][128]);
-/* Reads a measure, as kith_measure_parse takes it, from a report. BAD_FILE if it is not there, or null. */
+/* Reads a measure, as kith_measure_parse takes it, from a report. BAD_FILE if it is not there, null, or not a
+ * number. */
 kith_status kith_report_measure(const char *report, const char *measure, double *value);
 
 enum { KITH_SUITE_MEASURES = 8, KITH_SUITE_METHODS = 100, KITH_SUITE_VALUES = 64 };

@@ -249,7 +249,7 @@ done
 # A measure that is not in the report, when the runs exist already.
 sed 's/measure: time/measure: norms.densty.l1/' own.yaml >wrong.yaml
 "$kith" stress wrong.yaml --quiet -o own >stdout 2>stderr
-grep -q "^- default at 0.02: failed, no norms.densty.l1 in the report" own/stress.md ||
+grep -q "^- default at 0.02: failed, own/.*/report.json: norms.densty.l1 is not there" own/stress.md ||
   wrong "a misspelt measure: $(<own/stress.md)"
 sed 's/measure: time/measure: time \//' own.yaml >wrong.yaml
 stopped 2 "wrong.yaml:3: sweeps.0.measure: 'time /' is no measure" "$kith" stress wrong.yaml

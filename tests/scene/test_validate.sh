@@ -83,10 +83,14 @@ rows "$row, at_most: 1e-9" \
 grep -q "^4 rows, 2 out of tolerance" stdout || wrong "two of four: $(cat stdout)"
 grep -q "^slope .* ok" stdout || wrong "an order: $(grep slope stdout)"
 
-rows "${row/norms.density.l1/norms.nothing}, at_most: 1"
+# Measures that are not in the report, that have no value beside walls, and texts.
+rows "${row/norms.density.l1/norms.nothing}, at_most: 1" \
+  'name: walls, measure: angular_momentum_drift, at_most: 1' 'name: text, measure: scene, at_most: 1'
 "$kith" validate own.yaml -o v >stdout 2>stderr
 (($? == 1)) || wrong "a measure that is not in the report"
-grep -q "no norms.nothing" stdout || wrong "why: $(cat stdout)"
+for why in 'norms.nothing is not there' 'angular_momentum_drift is null' 'scene is not a number'; do
+  grep -q "report.json: $why" stdout || wrong "why: $(cat stdout)"
+done
 for bad in 'energy_drift /' 'energy_drift / steps / time' 'time - 1' 'time / steps - 2'; do
   rows "${row/norms.density.l1/$bad}, at_most: 1"
   stopped 2 "own.yaml:2: rows.0.measure: '$bad' is no measure: A, A / B or A / B - 1" \
