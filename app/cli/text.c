@@ -2,6 +2,7 @@
 #include "app/cli/text.h"
 
 #include <stdarg.h>
+#include <stdbool.h>
 #include <string.h>
 
 void kith_text_wrapped(int indent, const char *label, const char *text) {
@@ -66,6 +67,15 @@ const char *kith_text_seconds(char text[32], double seconds) {
   else
     snprintf(text, 32, "%.3g h", seconds / 3600);
   return text;
+}
+
+void kith_text_word(FILE *out, const char *word) {
+  const bool plain = word[0] != '\0' && strspn(word,
+                                               "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                               "0123456789-_=./:,+%@") == strlen(word);
+  if (!plain) fputc('\'', out);
+  for (const char *c = word; *c != '\0'; ++c) fputs(*c == '\'' ? "'\\''" : (char[]){*c, '\0'}, out);
+  if (!plain) fputc('\'', out);
 }
 
 void kith_text_cell(FILE *out, int width, int digits, double value) {

@@ -18,6 +18,8 @@ __attribute__((format(printf, 4, 5))) void kith_text_join(char *text, size_t siz
 /* Writes "4.7 MiB" and "22.7 ms"; returns `text`. */
 const char *kith_text_bytes(char text[32], double bytes);
 const char *kith_text_seconds(char text[32], double seconds);
+/* Writes a word as a shell takes it: in quotes if it has anything but letters, digits and a few signs. */
+void kith_text_word(FILE *out, const char *word);
 /* Writes a blank and a number of a table, or "-" unless it is above 0. */
 void kith_text_cell(FILE *out, int width, int digits, double value);
 

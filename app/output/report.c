@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
+#include "app/cli/text.h"
 #include "app/output/output.h"
 #include "lib/core/version.h"
 
@@ -76,16 +77,6 @@ static json_t *collect_ledger(const struct kith_simulation *m) {
   return ledger;
 }
 
-/* Writes a word as a shell takes it. */
-static void put_word(FILE *f, const char *word) {
-  const bool plain = word[0] != '\0' && strspn(word,
-                                               "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                               "0123456789-_=./:,+%@") == strlen(word);
-  if (!plain) fputc('\'', f);
-  for (const char *c = word; *c != '\0'; ++c) fputs(*c == '\'' ? "'\\''" : (char[]){*c, '\0'}, f);
-  if (!plain) fputc('\'', f);
-}
-
 kith_status kith_provenance_take(struct kith_provenance *p, char *const *arguments) {
   const time_t now = time(NULL);
   size_t size;
@@ -96,7 +87,7 @@ kith_status kith_provenance_take(struct kith_provenance *p, char *const *argumen
   if (f == NULL) KITH_FAIL(NO_MEMORY, "no memory for the command line");
   for (char *const *word = arguments; *word != NULL; ++word) {
     if (word != arguments) fputc(' ', f);
-    put_word(f, *word);
+    kith_text_word(f, *word);
   }
   if (fclose(f) != 0 || p->command == NULL) KITH_FAIL(NO_MEMORY, "no memory for the command line");
   return KITH_OK;

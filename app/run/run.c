@@ -403,6 +403,16 @@ static double updates(const struct run *run) {
   return it->nodes->activity != NULL ? (double)(it->ledger.updates - run->first_updates) : run->updates;
 }
 
+/* Prints in one piece, since other ranks may print, too. */
+static void say_how_to_go_on(const struct run *run) {
+  char path[640], word[4 * sizeof path];
+  snprintf(path, sizeof path, "%s/checkpoint.kith", run->output.directory);
+  FILE *text = fmemopen(word, sizeof word, "w");
+  if (text != NULL) kith_text_word(text, path);
+  if (text == NULL || fclose(text) != 0) snprintf(word, sizeof word, "%s", path);
+  fprintf(stderr, "kith: stopped; go on with the same command and --restart %s\n", word);
+}
+
 static kith_status finish(struct run *run) {
   const struct kith_integrator *it = &run->simulation->integrator;
   struct kith_report *report = &run->report;
@@ -433,10 +443,10 @@ static kith_status finish(struct run *run) {
   if (!first) return KITH_OK;
   kith_report_print(report, run->options->profile, stdout);
   printf("results in %s\n", run->output.directory);
-  if (!run->stopped) kith_fom_print(&report->fom);
   if (run->stopped)
-    fprintf(stderr, "kith: stopped; go on with the same command and --restart %s/checkpoint.kith\n",
-            run->output.directory);
+    say_how_to_go_on(run);
+  else
+    kith_fom_print(&report->fom);
   return KITH_OK;
 }
 

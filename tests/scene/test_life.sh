@@ -81,7 +81,9 @@ done
 # ---- the wall time is over
 stopped 1 "stopped; go on with the same command and --restart out/checkpoint.kith" \
   "$kith" run tiny.yaml --quiet -o out --set resolution=2000 --walltime 0.001
-rm -rf out
+stopped 1 "and --restart 'an out/checkpoint.kith'" \
+  "$kith" run tiny.yaml --quiet -o 'an out' --set resolution=2000 --walltime 0.001
+rm -rf out 'an out'
 
 # ---- with inflow and outflow, the nodes that each step reports are those that were updated
 ok "$kith" run tiny.yaml --quiet -o out --until 0.5 --set boundaries.x=[inflow,outflow] \
