@@ -108,7 +108,7 @@ static kith_status check_ids(const struct kith_nodes *nodes, const char *path) {
   int64_t *id = NULL;
   KITH_TRY(kith_resize(&id, 0, n, sizeof *id));
   if (n > 0) memcpy(id, nodes->id->i64, n * sizeof *id);
-  qsort(id, n, sizeof *id, compare_ids);
+  if (n > 0) qsort(id, n, sizeof *id, compare_ids);
   kith_status status = KITH_OK;
   if (n > 0 && id[0] < 0)
     status = kith_fail(KITH_BAD_FILE, "%s: damaged: a node has the id %lld", path, (long long)id[0]);
