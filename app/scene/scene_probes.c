@@ -73,9 +73,19 @@ static kith_status check_inside(const struct kith_scene *scene, const struct kit
   return KITH_OK;
 }
 
+static bool all_are_barriers(const struct kith_scene *scene) {
+  bool all = true;
+  for (int r = 0; r < scene->n_regions; ++r) all = all && scene->region[r].barrier;
+  return all;
+}
+
 kith_status kith_scene_probes(struct kith_scene *scene, const struct kith_config_node *node) {
   if (node == NULL) return KITH_OK;
   KITH_TRY(kith_config_want(node, KITH_CONFIG_LIST));
+  if (node->n > 0 && all_are_barriers(scene))
+    return kith_config_fail(node, NULL,
+                            "all regions are barriers, between which there is no gas to probe: add a region "
+                            "of gas, or leave out the probes");
   KITH_TRY(kith_resize(&scene->probe, 0, (size_t)node->n, sizeof *scene->probe));
   for (const struct kith_config_node *child = node->first; child != NULL; child = child->next) {
     struct kith_probe *probe = &scene->probe[scene->n_probes++];

@@ -49,6 +49,8 @@ refused "is through the domain at time 2, and the run goes until 3" "$kith" run 
 refused "connectivity.contacts.0.with: no region is of material 'water'" "$kith" run tiny.yaml \
   --set materials.water.eos=ideal --set materials.water.gamma=1.4 \
   --set 'connectivity.contacts=[{of: gas, with: water}]'
+refused "probes: all regions are barriers" "$kith" run tiny.yaml \
+  --set regions.0.barrier=true --set regions.1.barrier=true --set 'probes=[{name: p, at: [0, 0, 0]}]'
 refused "connectivity.contacts.0.of: all nodes of 'wall' are frozen" "$kith" run tiny.yaml \
   --set 'materials={gas: {}, wall: {}}' --set regions.1.material=wall --set regions.1.frozen=true \
   --set 'connectivity.contacts=[{of: wall, with: gas}]'
