@@ -213,7 +213,7 @@ KITH_INLINE void pair_integrated(enum kith_kernel kernel, const void *constants,
   }
   const double inverse = KITH_MIN(i[MFM_INVERSE_SUPPORT], J(MFM_INVERSE_SUPPORT)),
                scale = kith_pow_dim(inverse) / inverse; /* a shared node may be at both edges */
-  flux(closer_of(constants, sqrt(r2), i, j), area2 * scale * scale > 1e-24, face, i, j, out);
+  flux(closer_of(constants, sqrt(r2), i, j), area2 * scale * scale > 1e-48, face, i, j, out);
 }
 
 static void pack(const struct kith_package *package, kith_index i, double *restrict packed) {

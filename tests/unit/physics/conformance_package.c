@@ -230,13 +230,13 @@ static void check_wave(const struct variant *v) {
 }
 
 /* Round-off does not decide whether nodes at the edge of a support have a signal speed: on an even line whose
- * supports are of two spacings, moves by 1e-9 to either side change no signal speed by more. */
+ * supports are of two spacings, moves by 1e-13 to either side change no signal speed by more. */
 static void check_edge(const struct variant *v) {
   struct rates r[2];
   for (int k = 0; k < 2; ++k) {
     struct world w;
     double half, slope;
-    create(&w, v, box, PERIODIC, k == 0 ? 1e-9 : -1e-9);
+    create(&w, v, box, PERIODIC, k == 0 ? 1e-13 : -1e-13);
     kith_kernel_value(w.package.kernel, 0.5, &half, &slope);
     w.package.neighbors = 2 * kith_kernel_constant(w.package.kernel) *
                           (kith_kernel_self_weight(w.package.kernel, w.package.neighbors) + 2 * half);
