@@ -1,10 +1,9 @@
 /* rebuild.h - when ghosts, searches and connectivity are rebuilt: a family of policies (`kith list rebuild`),
  * joined by OR. With `displacement` the lists are Verlet lists with a skin (policies/cover.h).
  *
- * A member is a file in policies/, or a constant in rebuild.c if it needs no function, and an entry of
- * KITH_REBUILD_LIST; the enum of reasons, the ledger and its report are sized by that list. Where no policy
- * of an OR promises that the lists hold every significant pair (`never` and `entity-change` do not), the
- * check ends the run with STALE as soon as they may not: a run never continues with lists that miss pairs. */
+ * The enum of reasons, the ledger and its report are sized by KITH_REBUILD_LIST. Where no policy of an OR
+ * promises that the lists hold every significant pair (`never` and `entity-change` do not), the check ends
+ * the run with STALE as soon as they may not: a run never continues with lists that miss pairs. */
 #ifndef KITH_CONNECTIVITY_POLICIES_REBUILD_H
 #define KITH_CONNECTIVITY_POLICIES_REBUILD_H
 

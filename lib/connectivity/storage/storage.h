@@ -1,12 +1,5 @@
-/* storage.h - how the rows of a neighbor list are kept: one family.
- *
- *   csr          offsets and entries; what builders make, and what passes over rows read in place
- *   padded       a table of equal rows; what does not fit overflows into rows behind it
- *   half         csr of the sources beyond the target: of two nodes that are neighbors one has the other
- *   compressed   differences of ascending entries in 1, 2, ... bytes of 7 bits each; nodes are along a
- *                space-filling curve, so that most differences take one
- *
- * All but half give back the same rows in the same order. */
+/* storage.h - how the rows of a neighbor list are kept: one family (`kith list storage`). All members but
+ * half give back the same rows in the same order. */
 #ifndef KITH_CONNECTIVITY_STORAGE_STORAGE_H
 #define KITH_CONNECTIVITY_STORAGE_STORAGE_H
 
