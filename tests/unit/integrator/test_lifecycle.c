@@ -35,8 +35,8 @@ static void threads_agree(void) {
       "scheme.name=rk4 method.energy=thermal",
       "scheme.name=arkode method.energy=thermal scheme.rtol=1e-6 scheme.atol=1e-7",
       "scheme.name=implicit method.energy=thermal",
-      "scheme.steps=block scheme.random_steps=5 boundaries.x=reflecting until=0.01 "
-      "packages=[{\"name\":\"conduction\",\"conductivity\":0.001}]"};
+      ("scheme.steps=block scheme.random_steps=5 boundaries.x=reflecting until=0.01 "
+       "packages=[{\"name\":\"conduction\",\"conductivity\":0.001}]")};
   const int resolution = NDIM == 1 ? 5000 : NDIM == 2 ? 40 : 12;
   for (int k = 0; k < (int)(sizeof settings / sizeof *settings); ++k) {
     struct scenario one = {0}, many = {0};
