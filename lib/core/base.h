@@ -97,11 +97,11 @@ void kith_free_all(void *const *p, size_t n);
 #define KITH_MAX(a, b) ((a) > (b) ? (a) : (b))
 
 /* The position of the first of the ascending entries node[from] .. node[to - 1] that is >= j, or `to`. It is
- * written without branches, because half of them would be mispredicted. */
+ * written without branches, because half of them would be mispredicted; of `?:` gcc makes one. */
 static inline size_t kith_lower_bound(const kith_index *node, size_t from, size_t to, kith_index j) {
   if (from == to) return from;
   const kith_index *at = node + from;
-  for (size_t n = to - from; n > 1; n -= n / 2) at += at[n / 2 - 1] < j ? n / 2 : 0;
+  for (size_t n = to - from; n > 1; n -= n / 2) at += (n / 2) & -(size_t)(at[n / 2 - 1] < j);
   return (size_t)(at - node) + (*at < j);
 }
 

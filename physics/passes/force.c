@@ -271,6 +271,13 @@ KITH_INLINE void prefetch(const struct kith_force_pass *pass, const struct kith_
     if (activity == NULL || activity[j] != KITH_IDLE) kith_force_prefetch(packed_particle(pass, j), n_packed);
 }
 
+/* Prefetches as much as row i has of the entries some rows behind it. */
+KITH_INLINE void prefetch_row(const struct kith_rows *rows, kith_index i) {
+  enum { ENTRIES = 256, LINE = 64 / sizeof(kith_index) };
+  const size_t end = KITH_MIN(rows->first[i + 1] + ENTRIES, rows->first[rows->n]);
+  for (size_t e = rows->first[i] + ENTRIES; e < end; e += LINE) __builtin_prefetch(rows->node + e);
+}
+
 /* Evaluates the pairs of a node with its partners and sums them. tile: that of the node, or NULL. */
 KITH_INLINE void sum_partners(const struct kith_force_pass *pass, const struct kith_partners *of,
                               const struct tile *tile, struct kith_scratch *s, struct kith_pair_sums *sums) {
@@ -312,6 +319,7 @@ KITH_HOT static void tile_chunk(void *context, kith_index begin, kith_index end,
   struct kith_partners next[AHEAD + 1]; /* of node i at i mod (AHEAD + 1) */
   for (kith_index i = begin; i < end + AHEAD; ++i) {
     if (i < end) {
+      prefetch_row(rows, i);
       next[i % (AHEAD + 1)] = kith_partners_of(rows, i, begin, end);
       prefetch(pass, &next[i % (AHEAD + 1)], activity, begin, end);
     }
