@@ -171,6 +171,7 @@ static void set_rest_velocity(struct kith_integrator *it, const struct kith_tota
   }
 }
 
+/* Tells hydro where the zones of outflows end, whose last nodes lack partners. */
 static void set_zone_ends(struct kith_integrator *it) {
   for (int k = 0; k < it->boundaries->n; ++k) {
     const struct kith_boundary *b = it->boundaries->boundary[k];

@@ -404,7 +404,7 @@ static double updates(const struct run *run) {
 }
 
 /* Prints in one piece, since other ranks may print, too. */
-static void say_how_to_go_on(const struct run *run) {
+static void print_restart_command(const struct run *run) {
   char path[640], word[4 * sizeof path];
   snprintf(path, sizeof path, "%s/checkpoint.kith", run->output.directory);
   FILE *text = fmemopen(word, sizeof word, "w");
@@ -444,7 +444,7 @@ static kith_status finish(struct run *run) {
   kith_report_print(report, run->options->profile, stdout);
   printf("results in %s\n", run->output.directory);
   if (run->stopped)
-    say_how_to_go_on(run);
+    print_restart_command(run);
   else
     kith_fom_print(&report->fom);
   return KITH_OK;

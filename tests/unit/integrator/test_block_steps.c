@@ -1,7 +1,7 @@
 /* test_block_steps.c - block time steps: conservation with any steps (round-off), one level against global
  * steps, energies and updates of a blast against those of global steps, failure without limits, other units
- * of time, and settings that are refused. Lists of active nodes are tested by test_connectivity.c, threads by
- * test_lifecycle.c, ranks and restarts by tests/mpi. */
+ * of time, a thin plate (with a window, too), and settings that are refused. Lists of active nodes are tested
+ * by test_connectivity.c, threads by test_lifecycle.c, ranks and restarts by tests/mpi. */
 #include "integrator/block_lengths.h"
 #include "tests/unit/scenario.h"
 
