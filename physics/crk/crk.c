@@ -123,7 +123,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   const struct kith_hydro *hydro = package->hydro;
   const struct crk *crk = package->self;
   kith_viscosity_pack(hydro, &crk->viscosity, i, packed);
-  crk_moments_pack(&crk->moments, i, packed + CRK_KERNEL);
+  kith_crk_moments_pack(&crk->moments, i, packed + CRK_KERNEL);
   packed[CRK_SWITCH] = kith_viscosity_factor(&crk->viscosity, i);
   packed[CRK_PRESSURE] = hydro->pressure->f64[i];
   const bool frozen = crk->moments.omega->f64[i] == 0;
@@ -144,7 +144,7 @@ static kith_status crk_create(struct kith_package *package) {
   struct crk *crk = package->self;
   const struct crk_settings *settings = package->settings;
   KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &crk->viscosity));
-  return crk_moments_init(&crk->moments, package->hydro->nodes);
+  return kith_crk_moments_init(&crk->moments, package->hydro->nodes);
 }
 
 static kith_status crk_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
@@ -157,7 +157,7 @@ static kith_status crk_evaluate(struct kith_package *package, struct kith_connec
       .omega = m->omega, .curl = crk->viscosity.curl, .shear = crk->viscosity.shear};
   KITH_TRY(kith_density(package, connectivity, &wanted));
   kith_package_start_refresh(package, 2, (struct kith_field *[]){hydro->nodes->support, hydro->density});
-  KITH_TRY(crk_moments_evaluate(package, m, connectivity));
+  KITH_TRY(kith_crk_moments_evaluate(package, m, connectivity));
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *between[10] = {hydro->pressure, hydro->sound_speed, m->a,     m->c,
                                     m->a_gradient,   m->c_gradient,      m->omega, m->change};

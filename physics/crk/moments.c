@@ -197,8 +197,8 @@ KITH_INLINE void moments_chunk(enum kith_kernel kernel, const struct moments_pas
 
 KITH_KERNEL_CHUNKS(moments_chunk)
 
-kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
-                                 const struct kith_connectivity *connectivity) {
+kith_status kith_crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
+                                      const struct kith_connectivity *connectivity) {
   struct moments_pass pass = {package, moments, &connectivity->rows, kith_kernel_constant(package->kernel)};
   const struct kith_node_sweep sweep = {
       .stage = "moments",
@@ -212,7 +212,7 @@ kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_
   return kith_package_sweep(package, &sweep, NULL);
 }
 
-kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes) {
+kith_status kith_crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes) {
   const struct kith_field_row fields[] = {
       {true, KITH_SPEC(SCALAR, WORK, "omega", "grad-h factor Omega"), &moments->omega},
       {true, KITH_SPEC(SCALAR, WORK, "kernel_scale", "A of the corrected kernel"), &moments->a},

@@ -31,12 +31,12 @@ struct crk_moments {
 };
 
 /* Registers the fields, but for `kernel_sum`, `value` and `slope`. */
-kith_status crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes);
+kith_status kith_crk_moments_init(struct crk_moments *moments, struct kith_nodes *nodes);
 
 /* Fills the fields of internal nodes from positions, supports, densities and `value` of all nodes and ghosts.
  * Collective. */
-kith_status crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
-                                 const struct kith_connectivity *connectivity);
+kith_status kith_crk_moments_evaluate(struct kith_package *package, const struct crk_moments *moments,
+                                      const struct kith_connectivity *connectivity);
 
 /* Fields of a packed particle, which begin where its package puts them. */
 enum {
@@ -46,8 +46,8 @@ enum {
   CRK_DC = CRK_DA + NDIM, /* dC_b / dx_c, [b][c] */
   CRK_COEFFICIENTS = CRK_DC + NDIM * NDIM
 };
-static inline void crk_moments_pack(const struct crk_moments *moments, kith_index i,
-                                    double *restrict packed) {
+static inline void kith_crk_moments_pack(const struct crk_moments *moments, kith_index i,
+                                         double *restrict packed) {
   const size_t at = (size_t)i * NDIM;
   for (int a = 0; a < NDIM; ++a) {
     packed[CRK_C + a] = moments->c->f64[at + a];

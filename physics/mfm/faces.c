@@ -11,7 +11,7 @@
 #include "lib/core/lanes.h"
 #include "lib/core/vec.h"
 
-kith_status mfm_faces_init(struct mfm_faces *f) {
+kith_status kith_mfm_faces_init(struct mfm_faces *f) {
   const bool integrated = f->form == MFM_FACES_INTEGRATED;
   const struct kith_field_row fields[] = {
       {!integrated, KITH_SPEC(SYMMETRIC, WORK, "face_matrix", "V M^-1 of one-point faces"), &f->matrix},
@@ -23,13 +23,13 @@ kith_status mfm_faces_init(struct mfm_faces *f) {
   return kith_nodes_fields(f->nodes, fields);
 }
 
-void mfm_faces_clear(struct mfm_faces *f) {
+void kith_mfm_faces_clear(struct mfm_faces *f) {
   kith_rows_clear(&f->holders);
   kith_free(&f->value);
   *f = (struct mfm_faces){0};
 }
 
-struct kith_requirements mfm_faces_requirements(const struct mfm_faces *f) {
+struct kith_requirements kith_mfm_faces_requirements(const struct mfm_faces *f) {
   const bool integrated = f->form == MFM_FACES_INTEGRATED;
   return (struct kith_requirements){
       .rows = true, .overlap = integrated, .overlap_pairs = integrated, .ghost_rows = integrated};
@@ -331,7 +331,7 @@ static kith_status build(struct mfm_faces *f, const struct kith_connectivity *co
   return KITH_OK;
 }
 
-kith_status mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
+kith_status kith_mfm_faces_build(struct mfm_faces *f, const struct kith_connectivity *connectivity) {
   kith_status status;
   KITH_STAGE(status, f->profile, "faces", build(f, connectivity));
   return status;

@@ -57,7 +57,7 @@ struct mfm_faces {
   enum kith_kernel kernel;
   double neighbors;             /* V = ball H^d / neighbors */
   struct kith_profile *profile; /* may be NULL */
-  /* Fields, registered by mfm_faces_init. */
+  /* Fields, registered by kith_mfm_faces_init. */
   struct kith_field *matrix;     /* one-point: V M^-1, upper triangle: slope.h */
   struct kith_field *quadrature; /* integrated: sqrt(V) / s */
   struct kith_field *stretch;    /* integrated: s_i - 1 of (1) */
@@ -75,13 +75,13 @@ struct mfm_faces {
 };
 
 /* Registers fields. */
-kith_status mfm_faces_init(struct mfm_faces *faces);
-void mfm_faces_clear(struct mfm_faces *faces);
-struct kith_requirements mfm_faces_requirements(const struct mfm_faces *faces);
+kith_status kith_mfm_faces_init(struct mfm_faces *faces);
+void kith_mfm_faces_clear(struct mfm_faces *faces);
+struct kith_requirements kith_mfm_faces_requirements(const struct mfm_faces *faces);
 
 /* Computes all integrated faces. Ghosts must have their supports; the fields of the faces are refreshed here.
  * Collective: all ranks agree on the status. */
-kith_status mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
+kith_status kith_mfm_faces_build(struct mfm_faces *faces, const struct kith_connectivity *connectivity);
 
 /* Computes the one-point face from i to j, d = x_j - x_i, r = |d|, from 1 / H and the matrix of both. The
  * components of the matrix of j are `stride` apart. */

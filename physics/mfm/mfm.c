@@ -273,15 +273,15 @@ static kith_status mfm_create(struct kith_package *package) {
                                   .kernel = package->kernel,
                                   .neighbors = package->neighbors};
   KITH_TRY(kith_nodes_fields(hydro->nodes, fields));
-  return mfm_faces_init(&mfm->faces);
+  return kith_mfm_faces_init(&mfm->faces);
 }
 
 static void mfm_destroy(struct kith_package *package) {
-  mfm_faces_clear(&((struct mfm *)package->self)->faces);
+  kith_mfm_faces_clear(&((struct mfm *)package->self)->faces);
 }
 
 static struct kith_requirements mfm_requirements(const struct kith_package *package) {
-  return mfm_faces_requirements(&((const struct mfm *)package->self)->faces);
+  return kith_mfm_faces_requirements(&((const struct mfm *)package->self)->faces);
 }
 
 static kith_status mfm_evaluate(struct kith_package *package, struct kith_connectivity *connectivity,
@@ -307,7 +307,7 @@ static kith_status mfm_evaluate(struct kith_package *package, struct kith_connec
     force.form = &pair_integrated_form, force.n_exchanged = 0;
     mfm->faces.profile = package->profile;
     mfm->faces.halo = hydro->halo;
-    KITH_TRY(mfm_faces_build(&mfm->faces, connectivity));
+    KITH_TRY(kith_mfm_faces_build(&mfm->faces, connectivity));
     connectivity = &mfm->faces.graph;
     force.edges = NDIM, force.edge = mfm->faces.area;
   }

@@ -114,7 +114,7 @@ static void pack(const struct kith_package *package, kith_index i, double *restr
   const struct kith_hydro *hydro = package->hydro;
   const struct remix *remix = package->self;
   kith_viscosity_pack(hydro, &remix->viscosity, i, packed);
-  crk_moments_pack(&remix->moments, i, packed + REMIX_KERNEL);
+  kith_crk_moments_pack(&remix->moments, i, packed + REMIX_KERNEL);
   packed[REMIX_SWITCH] = kith_viscosity_factor(&remix->viscosity, i);
   packed[REMIX_PRESSURE] = hydro->pressure->f64[i];
   packed[REMIX_VOLUME] = hydro->mass->f64[i] / hydro->density->f64[i];
@@ -141,7 +141,7 @@ static kith_status remix_create(struct kith_package *package) {
   remix->moments.value = package->hydro->pressure;
   KITH_TRY(kith_viscosity_create(package, &settings->viscosity, &remix->viscosity));
   KITH_TRY(kith_nodes_fields(package->hydro->nodes, fields));
-  return crk_moments_init(&remix->moments, package->hydro->nodes);
+  return kith_crk_moments_init(&remix->moments, package->hydro->nodes);
 }
 
 /* Sets the volumes of nodes that have none yet from their densities, where these are known. */
@@ -209,7 +209,7 @@ static kith_status remix_evaluate(struct kith_package *package, struct kith_conn
   kith_hydro_evaluate_eos(hydro);
   struct kith_field *const state[] = {hydro->nodes->support, hydro->density, hydro->pressure};
   kith_package_start_refresh(package, 3, state);
-  KITH_TRY(crk_moments_evaluate(package, m, connectivity));
+  KITH_TRY(kith_crk_moments_evaluate(package, m, connectivity));
   find_surfaces(hydro, remix);
   struct kith_field *between[8] = {hydro->sound_speed, m->slope, m->a, m->c, m->a_gradient, m->c_gradient};
   const int n = kith_viscosity_exchanged(&remix->viscosity, 6, between);

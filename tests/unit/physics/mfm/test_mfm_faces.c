@@ -80,8 +80,8 @@ static void moments(const struct cells *c, int i, double m[NDIM][NDIM]) {
 
 static struct mfm_faces faces_of(struct cells *c, enum mfm_faces_form form) {
   struct mfm_faces f = {.form = form, .nodes = c->nodes, .kernel = c->kernel, .neighbors = c->neighbors};
-  CHECK_OK(mfm_faces_init(&f));
-  cells_connect(c, mfm_faces_requirements(&f), 1.1); /* some pairs of the list have no face */
+  CHECK_OK(kith_mfm_faces_init(&f));
+  cells_connect(c, kith_mfm_faces_requirements(&f), 1.1); /* some pairs of the list have no face */
   for (int i = 0; form == MFM_FACES_ONE_POINT && i < c->n; ++i) {
     double m[NDIM][NDIM], upper[KITH_SYMMETRIC_SIZE], *matrix = f.matrix->f64 + i * KITH_SYMMETRIC_SIZE;
     moments(c, i, m);
@@ -93,7 +93,7 @@ static struct mfm_faces faces_of(struct cells *c, enum mfm_faces_form form) {
   if (form == MFM_FACES_ONE_POINT)
     kith_nodes_refresh_images(c->nodes, &f.matrix, 1);
   else
-    CHECK_OK(mfm_faces_build(&f, c->connectivity));
+    CHECK_OK(kith_mfm_faces_build(&f, c->connectivity));
   return f;
 }
 
@@ -142,7 +142,7 @@ static void check_integrated(struct cells *c) {
     for (size_t k = 0; k < row; ++k) CHECK_CLOSE(want[k], 0, 1e-16); /* no face is missing */
   }
   free(s), free(grad), free(all), free(stretch);
-  mfm_faces_clear(&f);
+  kith_mfm_faces_clear(&f);
 }
 
 static void check_one_point(struct cells *c) {
@@ -168,7 +168,7 @@ static void check_one_point(struct cells *c) {
       face_of(&f, c->connectivity, i, e, area);
       for (int a = 0; a < NDIM; ++a) CHECK_CLOSE(area[a], want[a], 1e-13);
     }
-  mfm_faces_clear(&f);
+  kith_mfm_faces_clear(&f);
 }
 
 /* A_(j, image of i) = -S A_(i, image of j): what one node loses, another one gains. */
@@ -204,7 +204,7 @@ static void check_box(const int *count, const enum side *side, enum kith_kernel 
   for (int form = MFM_FACES_ONE_POINT; form <= MFM_FACES_INTEGRATED; ++form) {
     struct mfm_faces f = faces_of(&c, (enum mfm_faces_form)form);
     check_images(&c, &f, 1e-13);
-    mfm_faces_clear(&f);
+    kith_mfm_faces_clear(&f);
   }
   cells_destroy(&c);
 }
@@ -247,7 +247,7 @@ static void check_lattice(void) {
       for (int a = 0; a < NDIM; ++a)
         for (int b = 0; b < NDIM; ++b) CHECK_CLOSE(linear[a][b] / wanted, a == b, 1e-13);
     }
-    mfm_faces_clear(&f);
+    kith_mfm_faces_clear(&f);
   }
   cells_destroy(&c);
 }
@@ -270,7 +270,7 @@ static struct face_statistics statistics_of(struct cells *c, enum mfm_faces_form
       face_statistics.faces += (kith_norm(area) > 0) / (double)c->n;
     }
   }
-  mfm_faces_clear(&f);
+  kith_mfm_faces_clear(&f);
   return face_statistics;
 }
 
@@ -317,7 +317,7 @@ static void check_line(double ratio) {
       CHECK_CLOSE(area[0], want * (c.point[j].x[0] - c.point[i].x[0]), 1e-13);
       for (int a = 1; a < NDIM; ++a) CHECK(area[a] == 0);
     }
-  mfm_faces_clear(&f);
+  kith_mfm_faces_clear(&f);
   cells_destroy(&c);
 }
 
