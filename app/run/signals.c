@@ -50,6 +50,7 @@ static void on_signal(int number) {
   stop = 1;
 }
 
+#ifndef KITH_SANITIZE /* sanitizers say more */
 /* Prints one line for a crash, as of libraries that lack memory, and ends with the code of a run that failed.
  * A core is left where one is wanted. Calls only functions that a handler may call. */
 static void on_crash(int number) {
@@ -63,11 +64,12 @@ static void on_crash(int number) {
   if (written > 0 && getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_cur > 0) raise(number);
   _exit(KITH_EXIT_FAILED);
 }
+#endif
 
 void kith_signals_ignore(void) {
   signal(SIGXFSZ, SIG_IGN);
   signal(SIGPIPE, SIG_IGN);
-#ifndef KITH_SANITIZE /* sanitizers say more */
+#ifndef KITH_SANITIZE
   static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
   for (size_t k = 0; k < sizeof crashes / sizeof *crashes; ++k) signal(crashes[k], on_crash);
 #endif
