@@ -35,6 +35,8 @@ if(output MATCHES "libmpi|libscotch")
 endif()
 set(scene ${source}/inputs/sod.yaml)
 run(0 ${place}/bin/kith run ${scene} --quiet --overwrite --output ${place}/sod)
+# The build is deep in the source tree, and called from a folder without inputs.
+run(0 ${CMAKE_COMMAND} -E chdir ${place}/bin ${place}/bin/kith stress list)
 run(2 ${place}/bin/kith run ${scene} --ranks 2)
 if(NOT output STREQUAL "kith: --ranks 2: this program was built without MPI\n")
   message(FATAL_ERROR "${output}")
