@@ -1,15 +1,17 @@
 /* Signals of a run; mpirun as a child, so that it does not end the ranks before they have written. */
-#define _GNU_SOURCE /* sigabbrev_np */
+#define _GNU_SOURCE /* sigabbrev_np, _Fork */
 #include "app/run/signals.h"
 
 #include <errno.h>
 #include <limits.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 #include "lib/io/child.h"
@@ -51,17 +53,35 @@ static void on_signal(int number) {
 }
 
 #ifndef KITH_SANITIZE /* sanitizers say more */
+static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
+
+/* Dies by the signal, which leaves a core. Not in this process, which ends with its code. */
+static void leave_core(int number) {
+  sigset_t all;
+  sigfillset(&all);
+  signal(number, SIG_DFL);
+  raise(number);
+  sigprocmask(SIG_UNBLOCK, &all, NULL);
+  _exit(KITH_EXIT_FAILED);
+}
+
 /* Prints one line for a crash, as of libraries that lack memory, and ends with the code of a run that failed.
  * A core is left where one is wanted. Calls only functions that a handler may call. */
 static void on_crash(int number) {
+  static atomic_flag crashed = ATOMIC_FLAG_INIT;
   char line[160];
   struct rlimit core;
+  if (atomic_flag_test_and_set(&crashed))
+    for (;;) pause(); /* threads crash together; the first one ends the process */
   const char *end = stpcpy(stpcpy(stpcpy(line, "kith: crashed with signal "), sigabbrev_np(number)),
                            ", perhaps for want of memory; the last checkpoint, if there is one, goes on with "
                            "--restart\n");
   const ssize_t written = write(STDERR_FILENO, line, (size_t)(end - line));
-  signal(number, SIG_DFL);
-  if (written > 0 && getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_cur > 0) raise(number);
+  if (written > 0 && getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_cur > 0) {
+    const pid_t copy = _Fork();
+    if (copy == 0) leave_core(number);
+    if (copy > 0) waitpid(copy, NULL, 0);
+  }
   _exit(KITH_EXIT_FAILED);
 }
 #endif
@@ -70,8 +90,9 @@ void kith_signals_ignore(void) {
   signal(SIGXFSZ, SIG_IGN);
   signal(SIGPIPE, SIG_IGN);
 #ifndef KITH_SANITIZE
-  static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
-  for (size_t k = 0; k < sizeof crashes / sizeof *crashes; ++k) signal(crashes[k], on_crash);
+  struct sigaction action = {.sa_handler = on_crash};
+  sigfillset(&action.sa_mask); /* a crash of the handler ends the process at once */
+  for (size_t k = 0; k < sizeof crashes / sizeof *crashes; ++k) sigaction(crashes[k], &action, NULL);
 #endif
 }
 
