@@ -25,6 +25,8 @@ int main(int argc, char **argv) {
     return KITH_EXIT_USAGE;
   }
   if (options.threads > 0) omp_set_num_threads(options.threads);
+  if (omp_get_max_threads() > omp_get_thread_limit()) /* reports and rates count the threads that there are */
+    omp_set_num_threads(omp_get_thread_limit());
   if (omp_get_max_threads() > KITH_MAX_THREADS || omp_get_max_threads() < 1) { /* beyond an int: negative */
     fprintf(stderr, "kith: OMP_NUM_THREADS: more than %d\n", KITH_MAX_THREADS);
     return KITH_EXIT_USAGE;

@@ -497,5 +497,5 @@ void kith_share_cores(const struct kith_ranks *ranks, kith_index n_nodes) {
   if (wanted != NULL && strtol(wanted, NULL, 10) >= 1) return;
   const int cores = (int)sysconf(_SC_NPROCESSORS_ONLN) / kith_ranks_on_this_machine(ranks);
   const int most = KITH_MIN(omp_get_num_procs(), n_nodes / NODES_A_THREAD); /* procs: cores it is bound to */
-  omp_set_num_threads(KITH_MAX(1, KITH_MIN(cores, most)));
+  omp_set_num_threads(KITH_MAX(1, KITH_MIN(KITH_MIN(cores, most), omp_get_thread_limit())));
 }

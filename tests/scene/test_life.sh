@@ -78,6 +78,14 @@ for threads in '' 0 many -1; do
   rm -rf out
 done
 
+# Reports count the threads that there are.
+for threads in '' 4; do
+  OMP_THREAD_LIMIT=2 OMP_NUM_THREADS=$threads "$kith" run tiny.yaml --quiet -o out --set resolution=9000 \
+    --steps 1 ${threads:+--threads $threads} >stdout 2>stderr || wrong "a limit of two threads: $(<stderr)"
+  grep -q '"threads": [12],' out/report.json || wrong "limit of 2: $(grep threads out/report.json)"
+  rm -rf out
+done
+
 # ---- the wall time is over
 stopped 1 "stopped; go on with the same command and --restart out/checkpoint.kith" \
   "$kith" run tiny.yaml --quiet -o out --set resolution=2000 --walltime 0.001
@@ -289,6 +297,21 @@ ok "$kith" run tiny.yaml "$@" --until 0.09 --restart parts
 ok "$kith" run tiny.yaml "$@" --until 0.04 --restart parts
 [[ $(grep -o 'snapshot_[0-9]*.hdf' parts/snapshots.hdf.series) == "$(cd parts && ls snapshot_*.hdf)" ]] ||
   wrong "the series after a restart without a step: $(<parts/snapshots.hdf.series)"
+
+# ---- a crash: one line, code 1, and a core where one is wanted; sanitizers have their own handlers
+if ! ldd "$programs/kith-1d" | grep -qE 'lib(asan|tsan|ubsan)'; then
+  core=$(</proc/sys/kernel/core_pattern)
+  mkdir crash
+  (cd crash && ulimit -c unlimited 2>/dev/null; exec "$programs/kith-1d" run ../tiny.yaml -o out --quiet \
+    --set resolution=600 --until 20) >stdout 2>stderr &
+  rows crash/out 20 $! && kill -SEGV $!
+  wait $!
+  code=$?
+  [[ $code == 1 && $(<stderr) == "kith: crashed with signal SEGV, perhaps for want of memory; "* &&
+    $(wc -l <stderr) == 1 ]] || wrong "a crash gave $code, $(<stderr)"
+  [[ $core == [/\|]* || $(ulimit -Hc) != unlimited ]] || compgen -G "crash/core*" >/dev/null ||
+    wrong "a crash left no core"
+fi
 
 # ---- steps of equal length
 ok "$kith" run tiny.yaml --set scheme.dt=0.0025 --set until=0.05 --quiet -o equal
