@@ -1,17 +1,15 @@
 /* Signals of a run; mpirun as a child, so that it does not end the ranks before they have written. */
-#define _GNU_SOURCE /* sigabbrev_np, _Fork */
+#define _GNU_SOURCE /* sigabbrev_np */
 #include "app/run/signals.h"
 
 #include <errno.h>
 #include <limits.h>
 #include <signal.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 #include "lib/io/child.h"
@@ -55,32 +53,21 @@ static void on_signal(int number) {
 #ifndef KITH_SANITIZE /* sanitizers say more */
 static const int crashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
 
-/* Dies by the signal, which leaves a core. Not in this process, which ends with its code. */
-static void leave_core(int number) {
-  sigset_t all;
-  sigfillset(&all);
-  signal(number, SIG_DFL);
-  raise(number);
-  sigprocmask(SIG_UNBLOCK, &all, NULL);
-  _exit(KITH_EXIT_FAILED);
-}
-
-/* Prints one line for a crash, as of libraries that lack memory, and ends with the code of a run that failed.
- * A core is left where one is wanted. Calls only functions that a handler may call. */
+/* Prints one line for a crash, as of libraries that lack memory, and ends with the code of a run that failed;
+ * where a core is wanted, by the signal, which leaves it. Calls only functions that a handler may call. */
 static void on_crash(int number) {
-  static atomic_flag crashed = ATOMIC_FLAG_INIT;
   char line[160];
   struct rlimit core;
-  if (atomic_flag_test_and_set(&crashed))
-    for (;;) pause(); /* threads crash together; the first one ends the process */
+  sigset_t all;
   const char *end = stpcpy(stpcpy(stpcpy(line, "kith: crashed with signal "), sigabbrev_np(number)),
                            ", perhaps for want of memory; the last checkpoint, if there is one, goes on with "
                            "--restart\n");
   const ssize_t written = write(STDERR_FILENO, line, (size_t)(end - line));
   if (written > 0 && getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_cur > 0) {
-    const pid_t copy = _Fork();
-    if (copy == 0) leave_core(number);
-    if (copy > 0) waitpid(copy, NULL, 0);
+    sigfillset(&all);
+    signal(number, SIG_DFL);
+    raise(number);
+    pthread_sigmask(SIG_UNBLOCK, &all, NULL);
   }
   _exit(KITH_EXIT_FAILED);
 }
