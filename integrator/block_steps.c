@@ -179,27 +179,14 @@ static kith_status predict_nodes(struct kith_integrator *it, bool first) {
   return KITH_OK;
 }
 
-/* Counts updates in the profile, by the length of the step that they end. Longer steps that no node has are
- * counted as 0, since the profile shows counters in the order of their first count. */
-static void count_levels(const struct kith_integrator *it) {
-#define OF(n) "updates, base step / " #n
-  static const char *const name[] = {OF(1),      OF(2),      OF(4),      OF(8),     OF(16),    OF(32),
-                                     OF(64),     OF(128),    OF(256),    OF(512),   OF(1024),  OF(2048),
-                                     OF(4096),   OF(8192),   OF(16384),  OF(32768), OF(65536), OF(131072),
-                                     OF(262144), OF(524288), OF(1048576)};
-#undef OF
-  enum { LEVELS = sizeof name / sizeof *name };
-  const double *restrict step = kith_blocks_of(it)->steps.step->f64;
-  uint64_t count[LEVELS] = {0};
-  if (it->profile == NULL) return;
+/* Counts updates by the length of the step that they end. */
+static void count_updates(struct kith_integrator *it) {
+  const struct kith_block_steps *s = &kith_blocks_of(it)->steps;
   for (kith_index k = 0; k < kith_near_count(it); ++k) {
     const kith_index i = kith_near_node(it, k);
-    if (kith_node_active(it->nodes, i)) count[KITH_MIN(ilogb(KITH_TICKS / step[i]), LEVELS - 1)] += 1;
+    if (kith_node_active(it->nodes, i))
+      kith_levels_add_update(&it->levels, (s->now - s->last->f64[i]) / KITH_TICKS, KITH_TICKS * s->tick);
   }
-  int levels = LEVELS;
-  while (levels > 0 && count[levels - 1] == 0) --levels;
-  for (int level = 0; level < levels; ++level)
-    kith_profile_count(it->profile, name[level], (double)count[level]);
 }
 
 /* Begins the next step of active nodes, after the evaluation. `first`: the first tick of a base step, at
@@ -315,7 +302,7 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   KITH_TRY(make_tick_lists(it, first));
   KITH_TRY(evaluate(it));
   kith_profile_begin(it->profile, "kick");
-  count_levels(it);
+  count_updates(it);
   close_tick(it, first);
   count_wasted_candidates(it);
   update_soonest(it);
@@ -347,6 +334,7 @@ void kith_block_steps_begin(struct kith_integrator *it, double dt) {
   struct kith_blocks *b = kith_blocks_of(it);
   struct kith_block_steps *s = &b->steps;
   s->now = 0, s->tick = dt / KITH_TICKS, s->ends = false;
+  it->levels.base_steps += 1, it->levels.time += dt;
   kith_through_add(&it->hydro->through, dt, &it->flow.rate);
   kith_field_copy(it->nodes, s->velocity_last, it->hydro->velocity);
   kith_field_copy(it->nodes, s->energy_last, it->hydro->energy);
@@ -379,13 +367,14 @@ kith_status kith_block_steps_advance(struct kith_integrator *it) {
   kith_status status = KITH_OK;
   update_soonest(it);
   while (status == KITH_OK && b->steps.now < KITH_TICKS) {
-    const double n = next_tick(it);
+    const double n = next_tick(it), since = kith_seconds();
     if (n >= b->steps.now + 1)
       status = run_tick(it, n);
     else
       status = kith_ranks_allreduce_status(
           it->nodes->ranks,
           kith_fail(KITH_DIVERGED, "a time step collapsed below %g at time %g", b->steps.tick, it->clock));
+    kith_levels_add_tick(&it->levels, n / KITH_TICKS, kith_seconds() - since);
   }
   it->holding = it->near.only = false, it->kick.blocks = NULL;
   if (status != KITH_OK) return status;

@@ -1,14 +1,16 @@
 /* integrator.h - the state of the time integration: settings of a run, what a step keeps, kicks and drifts.
  *
- * Files of this folder, lowest level first: ledger, scheme (what a scheme has to define), integrator, flow
- * (inflow and outflow), window (gas that is not evaluated yet), lifecycle (of the connectivity), step (one
- * time step), block_lengths and block_steps (each node with a step of its own), schemes/. */
+ * Files of this folder, lowest level first: ledger, levels (of block steps), scheme (what a scheme has to
+ * define), integrator, flow (inflow and outflow), window (gas that is not evaluated yet), lifecycle (of the
+ * connectivity), step (one time step), block_lengths and block_steps (each node with a step of its own),
+ * schemes/. */
 #ifndef KITH_INTEGRATOR_INTEGRATOR_H
 #define KITH_INTEGRATOR_INTEGRATOR_H
 
 #include <math.h>
 #include "boundaries/flow.h"
 #include "integrator/ledger.h"
+#include "integrator/levels.h"
 #include "integrator/scheme.h"
 #include "lib/comm/sum.h"
 #include "lib/connectivity/connectivity.h"
@@ -79,6 +81,7 @@ struct kith_integrator {
   double wish[KITH_WISHES];                  /* the largest of all ranks */
   kith_status pending; /* failure of this rank between steps; ranks agree on it at the next opportunity */
   struct kith_ledger ledger;
+  struct kith_levels levels; /* block time steps */
 
   /* The scheme. */
   struct kith_kick kick; /* package.h */

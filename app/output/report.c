@@ -124,6 +124,7 @@ void kith_report_collect(struct kith_report *r, const struct kith_simulation *m,
   kith_ranks_sum(m->nodes->ranks, sum, 7);
 #define X(kind, member, key, value, unit, doc) .member = (value),
   *r = (struct kith_report){KITH_REPORT_LIST(X).measured = m->scene->measure.wanted,
+                            .levels = kith_levels_of_all(&it->levels, m->nodes->ranks),
                             .ledger = collect_ledger(m)};
 #undef X
   r->fom = fom_of(m, sum[4], sum[5]);
@@ -251,6 +252,27 @@ static json_t *stages_of(const struct kith_report *r) {
   return stages;
 }
 
+/* What block time steps took and saved; null without. */
+static json_t *block_steps_of(const struct kith_levels *levels) {
+  if (levels->base_steps == 0) return json_null();
+  json_t *root = json_object(), *each = json_array();
+  const int n = kith_levels_used(levels);
+  for (int l = 0; l < n; ++l) {
+    const struct kith_level *level = &levels->level[l];
+    json_t *object = json_object();
+    put(object, "step", number(ldexp(levels->time / levels->base_steps, -l)));
+    put(object, "nodes", number(level->held / levels->time));
+    put(object, "ticks", number(level->ticks));
+    put(object, "updates", number(level->updates));
+    put(object, "seconds", number(level->seconds));
+    json_array_append_new(each, object);
+  }
+  put(root, "ideal", number(kith_levels_ideal(levels)));
+  put(root, "achieved", number(kith_levels_achieved(levels)));
+  put(root, "levels", each);
+  return root;
+}
+
 static json_t *json_of(const struct kith_report *r) {
   json_t *root = json_object();
 #define JSON_TEXT(value) text(value)
@@ -270,6 +292,7 @@ static json_t *json_of(const struct kith_report *r) {
     if (r->measured[k])
       json_object_set_new(json_object_get(root, "measures"), kith_measure_names[k], number(r->measure[k]));
   put(root, "stages", stages_of(r));
+  put(root, "block_steps", block_steps_of(&r->levels));
   put(root, "ledger", r->ledger != NULL ? json_incref(r->ledger) : json_object());
   put(root, "ranks_detail", r->ranks_detail != NULL ? json_incref(r->ranks_detail) : json_null());
   return root;

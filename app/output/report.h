@@ -9,12 +9,14 @@
  *                                        Those of the first level, set-up, start, step, output, comparison
  *                                        and pictures, sum up to program_seconds
  *   fom.<name>                           figures of merit, over the seconds of the steps alone
+ *   block_steps                          null without block time steps: ideal, achieved, and of each of
+ *                                        `levels` step, nodes, ticks, updates, seconds (integrator/levels.h)
  *   ledger.<name>                        counts of the connectivity lifecycle, of all ranks, and bytes
  *   ranks_detail.<name>[.{min,mean,max}] what each rank, also a single one, did and sent; largest_imbalance
  *                                        is null if no check followed the first one
  * Counts are those since the start of the scene, over all restarts: steps, pair_evaluations, those of ledger
- * and of remote ghosts. Seconds, rates, stages, messages, message_bytes and collective_calls are those of
- * this process alone.
+ * and of remote ghosts. Seconds, rates, stages, block_steps, messages, message_bytes and collective_calls are
+ * those of this process alone.
  * A number that is not finite is null.
  *
  * A stage in which ranks exchange data includes waiting: what a rank has more than the least of the ranks. */
@@ -108,7 +110,8 @@ struct kith_report {
   KITH_REPORT_LIST(X)
 #undef X
   struct kith_fom fom;
-  bool compared; /* with an exact solution: norms are there */
+  struct kith_levels levels; /* of all ranks */
+  bool compared;             /* with an exact solution: norms are there */
   struct kith_norms norms;
   const bool *measured; /* [KITH_N_MEASURES] */
   double measure[KITH_N_MEASURES];

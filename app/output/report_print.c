@@ -133,6 +133,27 @@ static void print_stages(const struct kith_report *r, bool all, FILE *f) {
   if (all) print_counters(r, NULL, f);
 }
 
+/* Prints what the levels of block time steps took, or only what they saved. */
+static void print_levels(const struct kith_levels *levels, bool all, FILE *f) {
+  const struct kith_level sum = kith_levels_sum(levels);
+  const double ideal = kith_levels_ideal(levels), achieved = kith_levels_achieved(levels);
+  if (!(sum.ticks > 0)) return;
+  fprintf(f, "\n  block time steps: with all nodes active at each tick %.3g times as many updates,\n", ideal);
+  fprintf(f, "  %.3g times the time (achieved over ideal: %.0f %%)\n", achieved, 100 * achieved / ideal);
+  if (!all) return;
+  fprintf(f, "  %-22s %11s %10s %8s %11s %7s %10s %7s\n", "level", "step", "nodes", "ticks", "updates",
+          "share", "seconds", "share");
+  for (int l = 0, n = kith_levels_used(levels); l < n; ++l) {
+    const struct kith_level *level = &levels->level[l];
+    char name[32] = "base step";
+    if (l > 0) snprintf(name, sizeof name, "base step / %d", 1 << l);
+    fprintf(f, "  %-22s %11.4g %10.1f %8.0f %11.0f %5.1f %% %10.4f %5.1f %%\n", name,
+            ldexp(levels->time / levels->base_steps, -l), level->held / levels->time, level->ticks,
+            level->updates, 100 * level->updates / sum.updates, level->seconds,
+            100 * level->seconds / sum.seconds);
+  }
+}
+
 /* Seconds and messages are those of this process, after a restart too; counts are sums over all steps. */
 static void print_cost(const struct kith_report *r, FILE *f) {
   fprintf(f, "\n  steps and output: %.3f s wall, %.3f s cpu", r->wall_seconds, r->cpu_seconds);
@@ -196,6 +217,7 @@ void kith_report_print(const struct kith_report *report, bool all, FILE *out) {
       fprintf(out, "    %s none: there is nothing to measure at the end\n", kith_measure_names[k]);
   print_conservation(report, out);
   print_stages(report, all, out);
+  print_levels(&report->levels, all, out);
   print_cost(report, out);
   if (all && report->ranks > 1) print_ranks_detail(report->ranks_detail, out);
 }

@@ -64,9 +64,23 @@ awk -F '[,:]' 'FNR == NR {last = $NF + 0; next}
   gather/history.csv gather/report.json >differs
 [[ ! -s differs ]] || wrong "seconds of history.csv: $(<differs)"
 
-# Updates of block time steps are listed from the longest step to the shortest.
-"$kith" run tiny.yaml --quiet --profile -o levels --set scheme.steps=block --set resolution=400 |
-  sed -n 's/.*updates, base step \/ \([0-9]*\) .*/\1/p' >levels.txt
-sort -nc levels.txt && (($(wc -l <levels.txt) > 2)) || wrong "levels of steps: $(tr '\n' ' ' <levels.txt)"
+# The levels of block time steps, from the longest step to the shortest: nodes, updates and shares add up, and
+# without --profile only what they saved is told.
+"$kith" run tiny.yaml --quiet --profile -o levels --set scheme.steps=block --set resolution=400 >levels.txt
+awk '/^  level  / {inside = 1; next}
+  /^$/ {inside = 0}
+  inside {$0 = substr($0, 25); ++n; nodes += $2; updates += $4; share += $5; time += $8
+    if (n > 1 && $1 > 0.51 * last) print "steps " last " and " $1
+    last = $1}
+  / nodes, / {all = $3}
+  END {if (n < 3 || nodes < 0.99 * all || nodes > 1.01 * all || share < 99 || share > 101 || time < 99 ||
+    time > 101 || updates <= nodes) print n " levels, nodes " nodes " of " all ", shares " share " " time}' \
+  levels.txt >differs
+[[ ! -s differs ]] || wrong "levels of block time steps: $(<differs)"
+"$kith" run tiny.yaml --quiet -o levels --set scheme.steps=block >levels.txt
+grep -q 'achieved over ideal' levels.txt || wrong "what block time steps saved is not told"
+! grep -q '^  level  ' levels.txt || wrong "levels are told without --profile"
+"$kith" run tiny.yaml --quiet --profile -o levels >levels.txt
+! grep -q 'block time steps' levels.txt || wrong "a global step has levels"
 
 exit $((failures > 0))

@@ -44,6 +44,19 @@ static void check_conserved(const struct scenario *s, bool momentum_too) {
     if (d > 0) CHECK_CLOSE(b.momentum[d], a.momentum[d], 1e-12 * b.momentum_scale);
 }
 
+/* Levels count each update and each tick once, and the steps of a node fill the time without gaps. */
+static void check_levels(const struct scenario *s) {
+  const struct kith_integrator *it = &s->simulation->integrator;
+  const struct kith_level sum = kith_levels_sum(&it->levels);
+  const double nodes = s->simulation->nodes->n_internal;
+  CHECK_CLOSE(sum.held, nodes * it->levels.time, 1e-9 * sum.held);
+  CHECK_CLOSE(it->levels.time, it->time, 1e-12 * it->time);
+  CHECK(sum.updates == (double)it->ledger.updates - 2 * nodes); /* the start evaluates twice */
+  CHECK(sum.ticks == (double)it->ledger.evaluations - 2);
+  CHECK(it->levels.level[0].ticks == (double)it->step && it->levels.base_steps == (double)it->step);
+  CHECK(kith_levels_ideal(&it->levels) > 1 && kith_levels_achieved(&it->levels) > 0);
+}
+
 /* Random steps and wake-ups: energy and momentum are conserved to round-off. */
 static void check_random_steps(const char *settings) {
   for (int seed = 0; seed < 2; ++seed) {
@@ -53,6 +66,7 @@ static void check_random_steps(const char *settings) {
       const struct kith_ledger *ledger = &s.simulation->integrator.ledger;
       const uint64_t nodes = (uint64_t)s.simulation->nodes->n_internal;
       CHECK(ledger->updates < ledger->evaluations * nodes); /* some nodes were inactive at times */
+      check_levels(&s);
     }
     scenario_close(&s);
   }

@@ -82,6 +82,11 @@ static struct kith_report sample(void) {
                               .final_mach = 0.125,
                               .measured = measured,
                               .measure = {[KITH_MEASURE_mcnally] = 0.125, [KITH_MEASURE_separation] = NAN},
+                              .levels = {.time = 0.5,
+                                         .base_steps = 2,
+                                         .whole = 0.5,
+                                         .level = {{.ticks = 2, .seconds = 1, .updates = 4, .held = 1.5},
+                                                   {.ticks = 1, .seconds = 0.25, .updates = 2, .held = 0.5}}},
                               .compared = true,
                               .norms = {.density = {0.1, 0.2, 0.3},
                                         .velocity = {1e-300, 5e-324, 1.7e308},
@@ -136,6 +141,14 @@ static void keys(void) {
   check_number(json, "norms|shock_offset", -0.25), check_number(json, "norms|shock_swept", 0.3475);
   check_number(json, "stages|step|seconds", 12.25), check_number(json, "stages|step|calls", 210);
   check_number(json, "stages|step/connectivity|calls", 35);
+  /* 6 updates instead of 4 nodes at 3 ticks, in 1 + 0.25 seconds instead of 3 times the least of 0.5. */
+  check_number(json, "block_steps|ideal", 2), check_number(json, "block_steps|achieved", 1.2);
+  const json_t *levels = at(json, "block_steps|levels");
+  CHECK(json_array_size(levels) == 2);
+  check_number(json_array_get(levels, 0), "step", 0.25), check_number(json_array_get(levels, 0), "nodes", 3);
+  check_number(json_array_get(levels, 1), "step", 0.125), check_number(json_array_get(levels, 1), "nodes", 1);
+  check_number(json_array_get(levels, 1), "updates", 2), check_number(json_array_get(levels, 1), "ticks", 1);
+  check_number(json_array_get(levels, 0), "seconds", 1);
   check_number(json, "ledger|ghosts_created", 5e12), check_number(json, "ledger|odd \"name\"", 3);
   CHECK(json_is_null(at(json, "ranks_detail")));
   json_decref(json);
@@ -293,6 +306,8 @@ static void profile(void) {
         strstr(row, "  0.0 %          -        -       -      1.50\n") != NULL);
   row = strstr(row + 1, "    rows ");
   CHECK(row != NULL && strstr(row, " 1.50\n") != NULL);
+  CHECK(strstr(text, "level ") != NULL && strstr(text, "base step / 2 ") != NULL);
+  CHECK(strstr(text, "achieved over ideal: 60 %") != NULL);
   free(text);
   kith_report_clear(&r);
 }
