@@ -50,6 +50,26 @@ static void put_counters(json_t *ledger, const struct kith_ledger *l) {
 #undef X
 }
 
+/* Writes what became of the ghosts of each boundary: "boundaries.periodic-x.culled". Two of one name, at both
+ * sides of an axis, are summed. */
+static void put_boundaries(json_t *ledger, const struct kith_ledger *l, const struct kith_boundaries *all) {
+  json_t *boundaries = json_object();
+  for (int b = 0; b < all->n; ++b) {
+    const struct kith_boundary *boundary = all->boundary[b];
+    char name[64];
+    snprintf(name, sizeof name, boundary->at_lower || boundary->at_upper ? "%s-%c" : "%s",
+             boundary->ops->name, 'x' + boundary->axis);
+    const json_t *other = json_object_get(boundaries, name);
+    json_t *ghosts = json_object();
+#define PUT(key) \
+  put(ghosts, #key, number((double)l->boundary[b].key + json_number_value(json_object_get(other, #key))))
+    PUT(created), PUT(culled), PUT(kept);
+#undef PUT
+    put(boundaries, name, ghosts);
+  }
+  put(ledger, "boundaries", boundaries);
+}
+
 static json_t *collect_ledger(const struct kith_simulation *m) {
   struct kith_ranks *ranks = m->nodes->ranks;
   const struct kith_ledger l = kith_ledger_of_all(&m->integrator.ledger, ranks);
@@ -58,6 +78,7 @@ static json_t *collect_ledger(const struct kith_simulation *m) {
   json_t *ledger = json_object();
   struct kith_bytes bytes[KITH_SIMULATION_STRUCTURES];
   put_counters(ledger, &l);
+  put_boundaries(ledger, &l, &m->boundaries);
   put_sum(ledger, "support_iterations", ranks, (double)m->package.support_iterations);
   put_sum(ledger, "gradient_fallbacks", ranks, (double)m->package.fallbacks);
   kith_simulation_bytes(m, bytes);

@@ -12,6 +12,7 @@
  *   block_steps                          null without block time steps: ideal, achieved, and of each of
  *                                        `levels` step, nodes, ticks, updates, seconds (integrator/levels.h)
  *   ledger.<name>                        counts of the connectivity lifecycle, of all ranks, and bytes
+ *   ledger.boundaries.<kind>[-<axis>].{created,culled,kept}   ghosts of each boundary
  *   ranks_detail.<name>[.{min,mean,max}] what each rank, also a single one, did and sent; largest_imbalance
  *                                        is null if no check followed the first one
  * Counts are those since the start of the scene, over all restarts: steps, pair_evaluations, those of ledger

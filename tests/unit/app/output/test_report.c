@@ -217,6 +217,15 @@ static void collected(void) {
     const double created = json_number_value(at(json, "ledger|ghosts_created"));
     CHECK(created > 0 && created == json_number_value(at(json, "ledger|ghosts_culled")) +
                                         json_number_value(at(json, "ledger|ghosts_kept")));
+    const char *name;
+    json_t *boundary;
+    double of_boundaries = 0;
+    json_object_foreach((json_t *)at(json, "ledger|boundaries"), name, boundary) {
+      const double made = json_number_value(at(boundary, "created"));
+      CHECK(made == json_number_value(at(boundary, "culled")) + json_number_value(at(boundary, "kept")));
+      of_boundaries += made;
+    }
+    CHECK(of_boundaries == created);
     CHECK(json_number_value(at(json, "ledger|bytes_nodes")) > 8 * n);
     const char *command = json_string_value(at(json, "command")), *date = json_string_value(at(json, "date"));
     CHECK(strcmp(command, "kith run 'it'\\''s one' '--set=a=[1]'") == 0);
