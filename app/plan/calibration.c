@@ -44,14 +44,23 @@ static double cost_at(const struct kith_calibration *c, double resolution) {
   return finer * (c->pairs * kith_pow_dim(finer) + KITH_EVALUATION_PAIRS * c->evaluations);
 }
 
-struct pilot {
+double kith_updates_needed(const struct kith_integrator *it) {
+  const double dt = kith_package_timestep_limit(it->package, it->cfl).dt;
+  double sum = 0;
+#pragma omp parallel for schedule(static) reduction(+ : sum)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    sum += dt / kith_package_limit_of_node(it->package, i, it->cfl).dt;
+  return sum / it->nodes->n_internal;
+}
+
+struct calibration_run {
   double until, limit;
   struct kith_calibration *out;
 };
 
 static kith_status steps_of(struct kith_simulation *m, void *context) {
-  const struct pilot *pilot = context;
-  struct kith_calibration *out = pilot->out;
+  const struct calibration_run *run = context;
+  struct kith_calibration *out = run->out;
   struct kith_integrator *it = &m->integrator;
   double first;
   KITH_TRY(kith_simulation_start(m));
@@ -61,9 +70,13 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
   const uint64_t evaluations = it->ledger.evaluations, updates = it->ledger.updates,
                  pairs = m->package.pair_evaluations;
   const double start = seconds_now();
-  while (it->time < pilot->until && cost_at(out, out->resolution) < pilot->limit) {
+  double needed = 0, aside = 0;
+  while (it->time < run->until && cost_at(out, out->resolution) < run->limit) {
+    const double before = seconds_now();
+    if (!parts) needed += kith_updates_needed(it);
+    aside += seconds_now() - before;
     const double next = kith_output_next(m->scene, it->time);
-    KITH_TRY(kith_simulation_step(m, kith_output_step_end(m->scene, next, pilot->until)));
+    KITH_TRY(kith_simulation_step(m, kith_output_step_end(m->scene, next, run->until)));
     out->pairs = (double)(m->package.pair_evaluations - pairs);
     out->evaluations = (double)(it->ledger.evaluations - evaluations);
   }
@@ -71,7 +84,10 @@ static kith_status steps_of(struct kith_simulation *m, void *context) {
                all = parts ? of_node : out->evaluations;
   out->steps = parts ? of_node : (double)it->step;
   out->reached = it->time;
-  out->growth = (seconds_now() - start) / fmax(all, 1) / first;
+  out->growth = (seconds_now() - start - aside) / fmax(all, 1) / first;
+  out->needed = kith_scheme_has_blocks(it->scheme, it->settings) ? of_node / out->evaluations
+                : parts                                          ? NAN
+                                                                 : needed / (double)it->step;
   return KITH_OK;
 }
 
@@ -111,7 +127,7 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
                                  const struct kith_calibration *guess, double until, double budget) {
   const double resolution = guess->resolution, cost = cost_at(guess, resolution);
   struct kith_calibration last;
-  struct pilot pilot = {until, 3 * budget, out};
+  struct calibration_run run = {until, 3 * budget, out};
   double next = cost <= budget ? resolution : evened(0.5 * resolution * pow(budget / cost, 1.0 / (NDIM + 1)));
   kith_status status = KITH_INTERNAL;
   *out = (struct kith_calibration){0};
@@ -120,7 +136,7 @@ kith_status kith_calibration_run(struct kith_calibration *out, const struct kith
     *out = *guess;
     out->pairs *= pow(next / resolution, NDIM + 1), out->evaluations *= next / resolution;
     out->resolution = next;
-    status = with_resolution(options, next, NULL, steps_of, &pilot);
+    status = with_resolution(options, next, NULL, steps_of, &run);
     next =
         cost_at(out, resolution) <= budget ? resolution : fmin(evened(4 * out->resolution / 3), resolution);
   } while (next > out->resolution && cost_at(out, next) <= (last.reached >= until ? budget : 3 * budget));

@@ -27,6 +27,9 @@ kith_status kith_scene_read_at(struct kith_scene **scene, const struct kith_opti
  * are evaluated, and those at rest sleep again afterwards. */
 kith_status kith_evaluation_measure(struct kith_simulation *simulation, double *seconds);
 
+/* The part of the updates of a step of all nodes that the present limits of single nodes require. */
+double kith_updates_needed(const struct kith_integrator *integrator);
+
 /* Cost is counted in pair evaluations. Each evaluation of the rates costs so many more, however few nodes. */
 enum { KITH_EVALUATION_PAIRS = 4000 };
 struct kith_calibration {
@@ -34,6 +37,7 @@ struct kith_calibration {
   double pairs, evaluations;         /* of it: pair evaluations, evaluations of the rates */
   double expected;                   /* steps of the scene itself */
   double growth;
+  double needed; /* kith_updates_needed, as a mean over its steps, with block steps as taken; NaN: unknown */
 };
 /* Runs the scene of `options` to `until`. `guess` has its resolution, and about how many pairs and
  * evaluations that takes. If their cost is within `budget` the scene is run as it is; otherwise at

@@ -337,6 +337,7 @@ static void show_cost(struct kith_plan *plan, const struct kith_options *options
   const kith_status calibrated =
       until > 0 ? kith_calibration_run(&c, options, &guess, until, budget) : KITH_OK;
   plan->growth = calibrated == KITH_OK && c.steps > 0 ? c.growth : 1;
+  plan->needed = calibrated == KITH_OK && c.steps > 0 ? c.needed : NAN;
   if (calibrated == KITH_OK && !fixed) steps = c.expected;
   if (calibrated == KITH_OK && fixed && !parts && c.reached > 0)
     steps = c.steps * until / c.reached; /* the same at any resolution */
@@ -350,16 +351,6 @@ static void show_cost(struct kith_plan *plan, const struct kith_options *options
       omp_get_max_threads() == 1 ? "" : "s");
 }
 
-/* The part of the updates of a global step that the limits of the nodes themselves ask for at the start. */
-static double share_of_updates(const struct kith_plan *plan) {
-  const struct kith_integrator *it = &plan->simulation->integrator;
-  double sum = 0;
-#pragma omp parallel for schedule(static) reduction(+ : sum)
-  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
-    sum += plan->resolution_ratio * plan->full_dt / kith_package_limit_of_node(it->package, i, it->cfl).dt;
-  return sum / it->nodes->n_internal;
-}
-
 /* Can the scene be run with a setting, "key=value: what it does"? */
 static bool is_accepted(const struct kith_options *options, const char *told) {
   struct kith_scene *scene = NULL;
@@ -371,22 +362,33 @@ static bool is_accepted(const struct kith_options *options, const char *told) {
   return status == KITH_OK;
 }
 
-/* Writes which time steps would save time, "scheme.steps=block" or "=global", and why; returns false if
- * those of the scene do. Block steps pay where steps differ much: a tick costs more than a step of as many
- * nodes, and steps are rounded down. */
-static bool suggest_steps(const struct kith_plan *plan, char text[160]) {
+/* Writes which time steps would save time, "scheme.steps=block" or "=global", why, and their trade-off.
+ * Returns false if those of the scene do, or if energies are released later and only the start is known.
+ * Block steps pay where steps differ much: a tick costs more than a step of as many nodes, and steps are
+ * rounded down. */
+static bool suggest_steps(const struct kith_plan *plan, bool late, char text[TEXT]) {
   const struct kith_simulation *m = plan->simulation;
   const struct kith_integrator *it = &m->integrator;
-  const bool possible = it->scheme->blocks != NULL && it->fixed_dt <= 0 && m->package.barrier == NULL &&
-                        kith_package_traits(m->package.ops, m->package.settings).all_rows == NULL;
-  const double share = possible ? share_of_updates(plan) : 1;
-  snprintf(
-      text, 160,
-      share < 0.4
-          ? "scheme.steps=block: time steps of nodes differ; at the start %.2g %% of the updates are needed"
-          : "scheme.steps=global: time steps of nodes are alike, %.2g %% of the updates are needed",
-      100 * share);
-  return kith_scheme_has_blocks(it->scheme, it->settings) != (share < 0.4);
+  const bool possible = it->scheme->blocks != NULL && it->fixed_dt <= 0 &&
+                        kith_package_traits(m->package.ops, m->package.settings).all_rows == NULL,
+             known = isfinite(plan->needed);
+  const double start = possible ? kith_updates_needed(it) : 1,
+               needed = possible && known ? plan->needed : start;
+  text[0] = 0;
+  kith_text_add(text, TEXT,
+                needed < 0.4
+                    ? "scheme.steps=block: time steps of nodes differ; %.3g %% of the updates are needed"
+                    : "scheme.steps=global: time steps of nodes are alike, %.3g %% of the updates are needed",
+                100 * needed);
+  kith_text_add(text, TEXT,
+                !known         ? " at the start"
+                : needed < 0.4 ? " (%.3g %% at the start)"
+                               : "",
+                100 * start);
+  if (needed < 0.4)
+    kith_text_add(text, TEXT,
+                  "; errors grow by a few percent, and angular momentum is not conserved to round-off");
+  return (known || !late) && kith_scheme_has_blocks(it->scheme, it->settings) != (needed < 0.4);
 }
 
 /* Writes "window=follow" and why, if it would save time: if much of the gas stays at rest. */
@@ -405,14 +407,14 @@ static bool suggest_window(const struct kith_plan *plan, double until, char text
 }
 
 /* Prints settings that would save time, and their trade-off: model no more than a scene needs. If energies
- * are released later, the start does not tell which time steps and which window save time. */
+ * are released later, the start does not tell which window saves time. */
 static void show_cheaper(const struct kith_plan *plan, const struct kith_options *options, double until) {
   const struct kith_simulation *m = plan->simulation;
   const bool late = isfinite(kith_deposits_next(m->scene, 0)),
              lists = !kith_rebuilds_lasting(&m->rebuilds) && m->nodes->activity == NULL;
-  char steps[160], window[160];
+  char steps[TEXT], window[160];
   const char *const settings[] = {
-      !late && suggest_steps(plan, steps) ? steps : NULL,
+      suggest_steps(plan, late, steps) ? steps : NULL,
       !late && suggest_window(plan, until, window) ? window : NULL,
       lists ? "connectivity.rebuild=displacement: Verlet lists, for flow much slower than sound; they cost "
               "time elsewhere; the same forces"

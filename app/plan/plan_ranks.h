@@ -17,6 +17,7 @@ struct kith_plan {
   double full_dt;             /* the limit by the first rates; the first step takes a fraction of it */
   double evaluation;          /* seconds of one evaluation at the start */
   double growth;              /* mean time of an evaluation along the run over that at the start */
+  double needed;              /* part of the updates that block steps need along the run; NaN: unknown */
 };
 
 /* Is a stage of the profile at the top, and part of the evaluations that were measured? The first rates, in
