@@ -36,7 +36,7 @@ static double aligned(double n) {
 }
 
 /* Returns the Courant number of the longest step, before rounding: at most the stable one of the package,
- * unless the scene asks for a larger one. */
+ * unless the scene sets a larger one. */
 static double longest_cfl(const struct kith_integrator *it) {
   const double stable = it->package->ops->stable_cfl, longest = limit_factor * it->cfl;
   return stable > 0 ? KITH_MIN(longest, KITH_MAX(stable, it->cfl)) : longest;

@@ -217,7 +217,7 @@ kith_status kith_integrator_resume(struct kith_integrator *it, const struct kith
   set_rest_velocity(it, first);
   if (!kith_rebuilds_lasting(it->rebuilds))
     return kith_rebuilds_snapshot(it->rebuilds, it->nodes); /* due in every step, but not as first_build */
-  /* Overwrites both fields, which no node that sleeps needs: a window takes no lists that last. */
+  /* Overwrites both fields, which no node that sleeps needs: there is no window with Verlet lists. */
   return kith_lifecycle_remake(it, it->kick.velocity_base, it->energy_base);
 }
 

@@ -37,7 +37,7 @@ const char *kith_material_outside(const struct kith_material *material, double d
   if (pressure < 0 && sound_speed == 0)
     kith_material_state(material, 1, &density, &energy, &pressure, &sound_speed);
   if (pressure < 0 && sound_speed == 0)
-    return "it is torn: its tension is beyond its equation of state; tension: cut has none";
+    return "it is torn: its equation of state has no such tension; with tension: cut there is none";
   const bool torn = material->cut && pressure == 0;
   return eos->outside != NULL && !torn ? eos->outside(material->settings, density, energy) : NULL;
 }

@@ -215,7 +215,7 @@ kith_status kith_scene_forces(struct kith_scene *scene, const struct kith_config
       return kith_config_fail(gravity, NULL, "%g along %c, which is periodic: gas would fall for ever",
                               force->gravity[a], "xyz"[a]);
     if (mass && repeats)
-      return kith_config_fail(potential, NULL, "its pull does not repeat, but the domain does along %c",
+      return kith_config_fail(potential, NULL, "its force does not repeat, but the domain does along %c",
                               "xyz"[a]);
     if (kith_scene_passes(scene, a) && kith_external_force_acts(force))
       return kith_config_fail(potential != NULL ? potential : gravity, NULL,

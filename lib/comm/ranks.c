@@ -82,12 +82,12 @@ static void set_timer(struct kith_ranks *ranks, const char *what, double seconds
     set_timer(ranks, what, 0);                 \
   } while (0)
 
-static void settle(struct kith_ranks *ranks);
+static void complete_agreement(struct kith_ranks *ranks);
 
 /* Are there other ranks, and has no failure been agreed on that is still to be returned? */
 static bool together(struct kith_ranks *ranks) {
   if (ranks == NULL || ranks->size == 1) return false;
-  settle(ranks);
+  complete_agreement(ranks);
   return ranks->agreement->refused == KITH_OK;
 }
 
@@ -292,7 +292,7 @@ static void end_to_agree(struct kith_ranks *ranks) {
 }
 
 /* Waits for the agreement that was started, if there is one. */
-static void settle(struct kith_ranks *ranks) {
+static void complete_agreement(struct kith_ranks *ranks) {
   struct agreement *a = ranks->agreement;
   if (!a->pending) return;
   WAIT(ranks, "an agreement", MPI_Wait(&a->request, MPI_STATUS_IGNORE));
@@ -329,7 +329,7 @@ kith_status kith_ranks_start_agree(struct kith_ranks *ranks, kith_status status,
 
 kith_status kith_ranks_finish_agree(struct kith_ranks *ranks) {
   if (ranks == NULL || ranks->size == 1) return KITH_OK;
-  settle(ranks);
+  complete_agreement(ranks);
   return answer(ranks);
 }
 

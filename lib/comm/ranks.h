@@ -77,9 +77,9 @@ enum { KITH_SHARED_PARTS = 48, KITH_SHARED_WORDS = 2048 }; /* at most, of one ca
 kith_status kith_ranks_agree(struct kith_ranks *ranks, kith_status status, int n,
                              const struct kith_shared *parts);
 /* An agreement in two halves: a rank that is ahead of others need not wait for them. A rank that has failed
- * waits and gets the answer from start. The others get it from finish; whatever else they call here settles
+ * waits and gets the answer from start. The others get it from finish; whatever else they call here completes
  * it too, and if some rank has failed, nothing is sent or received from then on until finish, or the next
- * agreement, returns the failure. parts: as above, when that is settled; borrowed until then. Finish: OK if
+ * agreement, returns the failure. parts: as above, when that is complete; borrowed until then. Finish: OK if
  * nothing was started. */
 kith_status kith_ranks_start_agree(struct kith_ranks *ranks, kith_status status, int n,
                                    const struct kith_shared *parts);

@@ -8,8 +8,8 @@
  * ordinal of a source, or -1. Rows hold nodes, ascending unless `unsorted`.
  *
  * A list is made by kith_list_update, which asks its rebuild policies, and is then only read. It holds the
- * targets of this process, which are its nodes, and their sources, its nodes and ghosts. Whether it is made
- * again is decided by all ranks together. */
+ * targets of this process, which are its nodes, and their sources, its nodes and ghosts. Whether it is
+ * rebuilt is decided by all ranks together. */
 #ifndef KITH_CONNECTIVITY_LIST_H
 #define KITH_CONNECTIVITY_LIST_H
 
@@ -58,7 +58,7 @@ struct kith_list {
  * policies. */
 kith_status kith_list_create(struct kith_list **out, const struct kith_list_spec *spec);
 void kith_list_destroy(struct kith_list **list);
-/* Makes it again if that is due; *why: for which reason, none if it was kept. BAD_INPUT if the first
+/* Rebuilds it if that is due; *why: for which reason, none if it was kept. BAD_INPUT if the first
  * time there are targets and no sources, on all ranks together. Collective. */
 kith_status kith_list_update(struct kith_list *list, enum kith_rebuild_reason *why);
 /* The next update builds, whatever the policies say. All ranks call it. */

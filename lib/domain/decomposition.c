@@ -172,7 +172,7 @@ static kith_status make_map(struct kith_decomposition *d, const struct kith_node
 
 /* ---- balance ---- */
 
-/* If a check is due: asks for a new map if the work of all ranks is out of balance. */
+/* If a check is due: requests a new map if the work of all ranks is out of balance. */
 static kith_status balance(struct kith_decomposition *d, const struct kith_nodes *nodes, kith_status status) {
   double *weight = NULL, *load = NULL;
   bool changed = false;

@@ -106,7 +106,7 @@ void kith_nodes_destroy(struct kith_nodes **nodes) {
   kith_free(nodes);
 }
 
-/* Is a field what this specification asks for? It may have been given ghosts since it was registered. */
+/* Is a field what this specification requires? It may have been given ghosts since it was registered. */
 static bool fits_spec(const struct kith_field_spec *field, const struct kith_field_spec *spec) {
   const bool has_ghosts = (field->role == KITH_KEPT && spec->role == KITH_OWN_KEPT) ||
                           (field->role == KITH_WORK && spec->role == KITH_OWN_WORK);

@@ -300,7 +300,7 @@ static kith_status unsolved(const struct kith_nodes *nodes, const struct kith_ro
 }
 
 /* Do all nodes of all ranks, and frozen ones, have the same mass? All ranks have to sum in the same way.
- * Masses change only where ghosts are made anew. */
+ * Masses change only where ghosts are made again. */
 static bool equal_masses(struct kith_hydro *hydro) {
   const kith_index n = kith_nodes_count(hydro->nodes);
   const double *m = hydro->mass->f64;

@@ -1,4 +1,4 @@
-/* Fuzzing of whole runs: whatever a scene asks for, its run ends within a time limit, with code 0, or with
+/* Fuzzing of whole runs: whatever a scene has, its run ends within a time limit, with code 0, or with
  * one line and code 1 or 2; and a run can be continued from the checkpoint that it left.
  *
  *   fuzz-run-2d SCENES [N [SEED]]   N runs (100; 80 with sanitizers); run k of seed S is run 1 of S + k - 1

@@ -2,6 +2,7 @@
 #include "lib/connectivity/excluders/excluder.h"
 
 #include <string.h>
+#include "lib/core/choices.h"
 #include "lib/core/family.h"
 
 #define X(name) &kith_excluder_##name,
@@ -25,9 +26,13 @@ kith_status kith_excluder_setup(struct kith_excluder *chain, const struct kith_s
 }
 
 kith_status kith_excluder_keeps_pairs(const struct kith_excluder *chain) {
-  for (; chain != NULL; chain = chain->next)
-    if (chain->ops->halves)
-      KITH_FAIL(BAD_INPUT, "excluder %s: packages need each interaction in both rows", chain->ops->name);
+  char name[64];
+  for (; chain != NULL; chain = chain->next) {
+    if (!chain->ops->halves) continue;
+    kith_choices_format(chain->ops->name, name, sizeof name);
+    KITH_FAIL(BAD_INPUT,
+              "excluder %s: packages need each interaction in both rows; it is for lists of programs", name);
+  }
   return KITH_OK;
 }
 

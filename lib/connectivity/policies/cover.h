@@ -13,7 +13,7 @@
  * c is the mean displacement. A mirror image moves by S d, as far as d itself, but by S c where all nodes
  * move by c: so c is 0 along axes that some image mirrors, and along all of them if there are ghosts that do
  * not follow a node. Its sum is exact (sum.h), so that all numbers of threads and ranks decide alike. Nodes
- * are put back into a periodic box only when lists are made anew: due if c is beyond half its length, though
+ * are put back into a periodic box only when lists are rebuilt: due if c is beyond half its length, though
  * the lists hold.
  *
  * Rounding: positions and distance tests are good to a few units in the last place of |x| and H. A node that

@@ -66,7 +66,7 @@ static void check_refused(void) {
   } wrong[] = {{"connected:field=barrier", "nodes have no field 'barrier'"},
                {"materials:of=iron", "there is no material 'iron'"},
                {"self", "excluder self is in the chain twice"},
-               {"symmetric-duplicates", "packages need each interaction in both rows"},
+               {"symmetric-duplicates", "symmetric-duplicates: packages need each interaction in both rows"},
                {"none", "'none' is not one of self"},
                {"bonds", "a program gives them"}};
   char text[2048];

@@ -109,7 +109,7 @@ static const struct wrong forces[] = {
     {11, "potential: {mass: 1, softening: -0.1}", "f:11: potential.softening: -0.1 is out of range [0, inf)"},
     {11, "potential: {mas: 1}", "f:11: potential.mas: unknown key; did you mean 'mass'?"},
     {5, "boundaries: {x: periodic}\npotential: {mass: 1}",
-     "f:6: potential: its pull does not repeat, but the domain does along x"},
+     "f:6: potential: its force does not repeat, but the domain does along x"},
     {5, "boundaries: {x: piston}", "f:5: boundaries.x: a piston has a velocity: {kind: piston, velocity: 1}"},
     {5, "boundaries: {x: [{kind: piston}, open]}", "f:5: boundaries.x.0.velocity: missing; it is required"},
     {5, "boundaries: {x: [{kind: piston, speed: 1}, open]}",

@@ -1,5 +1,5 @@
 /* conformance_rebuild.c - rebuild policies just below and above their thresholds, which follow by hand from
- * H, the search radius and the motion of nodes. By brute force: as long as the displacement policy asks for
+ * H, the search radius and the motion of nodes. By brute force: as long as the displacement policy requires
  * no rebuild, no pair is missing from the lists. */
 #include "lib/connectivity/policies/rebuild.h"
 
@@ -227,7 +227,7 @@ static void boost(void) {
   end(&r, &nodes);
 }
 
-/* Random walks with growing supports in a periodic box: as long as the policy asks for no rebuild, every pair
+/* Random walks with growing supports in a periodic box: as long as the policy requires no rebuild, every pair
  * within a support now was within R at the snapshot (brute force over nearest images). The policy must not
  * ask at each step either. */
 static void never_misses(const char *words) {

@@ -15,7 +15,7 @@ static const struct kith_param params[] = {
     {"quiet", KITH_PARAM_INTEGER, "0", "[0, 1]", "never fires", KITH_INTO(struct settings, quiet)},
     {0}};
 
-/* Asks for a rebuild when the first node has passed the limit, unless `quiet` is set. */
+/* Requires a rebuild when the first node has passed the limit, unless `quiet` is set. */
 static bool needs_rebuild(const struct kith_rebuild *policy, const struct kith_nodes *nodes) {
   const struct settings *settings = policy->settings;
   return settings->quiet == 0 && nodes->position->f64[0] > settings->limit;
