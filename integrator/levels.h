@@ -4,7 +4,7 @@
  * there if none was cut short: to level 0 at the end of a base step, where all nodes are active. Were all
  * nodes active at each tick, there would be
  *   ideal     N ticks / updates times as many updates, with N nodes, and it would take
- *   achieved  ticks times the least seconds of a tick of level 0, over the seconds of all ticks, times as long.
+ *   achieved  ticks times the least seconds of a tick of level 0, over the seconds of all ticks, as long.
  * A run with a global step has fewer steps than there are ticks, as its steps need not be powers of two, and
  * a step costs less than a tick with all nodes, since a pair acts on both ends for the same time. */
 #ifndef KITH_INTEGRATOR_LEVELS_H

@@ -50,6 +50,9 @@ static const struct kith_param code_params[] = {
 static const struct kith_param suite_params[] = {
     COMMON,
     METHODS,
+    {"over", KITH_PARAM_OTHER, "", "",
+     "keys of the scene, each with a list of values: each method is run with every combination of these",
+     KITH_BELOW(NULL, MAP)},
     {"resolution", KITH_PARAM_OTHER, NULL, "", "list of nodes per unit length, ascending",
      KITH_BELOW(NULL, LIST)},
     {"norms", KITH_PARAM_OTHER, "", "", "list of the norms that are charted; none: [density.l1]",
@@ -174,31 +177,73 @@ static kith_status set_value(struct kith_suite *s, struct kith_job *job, const c
   return key == NULL ? apply_settings(job, "?=", value) : set_all(job, key, "=", value);
 }
 
-/* Makes the jobs of a suite from the common one: every method at every value. If `methods` is NULL, there is
- * one method, that of the scene. `key` is as in set_value. */
+/* Multiplies *n by the number of values of each key of a map of lists; NULL: there are none. */
+static kith_status count_over(const struct kith_config_node *over, int *n) {
+  if (over == NULL) return KITH_OK;
+  KITH_TRY(kith_config_want(over, KITH_CONFIG_MAP));
+  for (const struct kith_config_node *key = over->first; key != NULL; key = key->next) {
+    KITH_TRY(check_list(key, NULL, KITH_SUITE_METHODS));
+    for (const struct kith_config_node *value = key->first; value != NULL; value = value->next)
+      if (value->text == NULL || strchr(value->text, '|') != NULL)
+        return kith_config_fail(value, NULL, "a value of `over` is one word or number");
+    *n *= key->n;
+    if (*n > KITH_SUITE_METHODS)
+      return kith_config_fail(over, NULL, "more than %d methods, with all combinations", KITH_SUITE_METHODS);
+  }
+  return KITH_OK;
+}
+
+/* Applies combination k of the values, of which those of the last key change first, and adds them to the
+ * label. The job has its label by then, which is dropped if `only`. */
+static kith_status apply_over(struct kith_job *job, const struct kith_config_node *over, int k, bool only) {
+  int rest = 1;
+  count_over(over, &rest); /* has succeeded before */
+  if (over != NULL && over->first != NULL && only) job->label[0] = '\0';
+  for (const struct kith_config_node *key = over != NULL ? over->first : NULL; key != NULL; key = key->next) {
+    const struct kith_config_node *value = key->first;
+    rest /= key->n;
+    for (int skip = k / rest % key->n; skip > 0; --skip) value = value->next;
+    kith_text_add(job->label, sizeof job->label, "%s%s", job->label[0] != '\0' ? " " : "", value->text);
+    KITH_TRY(set_all(job, key->key, "=", value));
+  }
+  return KITH_OK;
+}
+
+/* Makes the jobs of a suite from the common one: every method, with every combination of the values of
+ * `over`, at every value. If `methods` is NULL, there is one method, that of the scene; if `over` is NULL
+ * nothing is combined. `key` is as in set_value. */
 static kith_status make_jobs(struct kith_suite *s, const struct kith_study *c, struct kith_job *common,
-                             const struct kith_config_node *methods, const char *key,
-                             const struct kith_config_node *values) {
+                             const struct kith_config_node *methods, const struct kith_config_node *over,
+                             const char *key, const struct kith_config_node *values) {
+  int combinations = 1;
   for (int k = 0; k < c->options->n_overrides; ++k)
     if (strncmp(c->options->overrides[k], "dimension=", strlen("dimension=")) != 0)
       KITH_TRY(kith_job_set(common, c->options->overrides[k]));
   if (methods != NULL) KITH_TRY(check_list(methods, method_params, KITH_SUITE_METHODS));
   KITH_TRY(check_list(values, key != NULL ? NULL : value_params, KITH_SUITE_VALUES));
+  KITH_TRY(count_over(over, &combinations));
   s->n_methods = methods != NULL ? methods->n : 1, s->n_values = values->n;
+  if (combinations * s->n_methods > KITH_SUITE_METHODS)
+    return kith_config_fail(over, NULL, "more than %d methods, with all combinations", KITH_SUITE_METHODS);
+  s->n_methods *= combinations;
   const size_t n_jobs = (size_t)s->n_methods * (size_t)s->n_values;
   KITH_TRY(kith_resize(&s->job, 0, n_jobs, sizeof *s->job));
   KITH_TRY(kith_resize(&s->point, 0, n_jobs, sizeof *s->point));
   const struct kith_config_node *method = methods != NULL ? methods->first : NULL, *value = values->first;
+  int combination = 0;
   for (struct kith_job *job = s->job; job < s->job + n_jobs; ++job) {
     const struct kith_config_node *name = kith_config_child(method, "name");
     *job = *common;
     snprintf(job->label, sizeof job->label, "%.100s", name != NULL ? name->text : s->scene);
     job->line = (s->parameter[0] != '\0' || method == NULL ? value : method)->location.line;
     KITH_TRY(apply_settings(job, "=", method));
+    KITH_TRY(apply_over(job, over, combination, name == NULL));
     KITH_TRY(set_value(s, job, key, value));
     value = value->next;
     if (value != NULL) continue;
     value = values->first;
+    if (++combination < combinations) continue;
+    combination = 0;
     if (method != NULL) method = method->next;
   }
   return check_overrides(s, strlen(common->settings), c->options);
@@ -351,7 +396,8 @@ static kith_status read_suite(struct kith_suite *s, const struct kith_config *co
     KITH_TRY(kith_param_value(&positive, r, &next));
     if (next <= last) return kith_config_fail(r, NULL, "%g after %g: resolutions ascend", next, last);
   }
-  KITH_TRY(make_jobs(s, c, &job, kith_config_at(config, "methods"), "resolution", resolution));
+  KITH_TRY(make_jobs(s, c, &job, kith_config_at(config, "methods"), kith_config_at(config, "over"),
+                     "resolution", resolution));
   KITH_TRY(check_exact(s->job, config->root));
   KITH_TRY(read_norms(s, config));
   if (codes == NULL) return KITH_OK;
@@ -404,9 +450,9 @@ static kith_status read_sweep(struct kith_suite *s, const struct kith_config_nod
     return kith_config_fail(kith_config_child(node, "measure"), NULL,
                             "'%s' is no measure: A, A / B or A / B - 1", s->measure[0]);
   const struct kith_config_node *values = kith_config_child(node, "values");
-  if (values->kind != KITH_CONFIG_MAP) return make_jobs(s, c, &job, methods, NULL, values);
+  if (values->kind != KITH_CONFIG_MAP) return make_jobs(s, c, &job, methods, NULL, NULL, values);
   if (values->n != 1) return kith_config_fail(values, NULL, "%d keys; a sweep varies one", values->n);
-  return make_jobs(s, c, &job, methods, values->first->key, values->first);
+  return make_jobs(s, c, &job, methods, NULL, values->first->key, values->first);
 }
 
 static kith_status read_sweeps(struct kith_study *c, const struct kith_config *config, const char *only) {

@@ -351,7 +351,7 @@ static void pack(void *context, kith_index begin, kith_index end) {
       nodes->activity != NULL ? nodes->activity->u8 : NULL; /* idle nodes are in no row */
   const kith_index internal = nodes->n_internal;
   if (begin == end) return;
-  (begin == 0 ? kith_profile_begin : kith_profile_resume)(package->profile, "records");
+  (begin == 0 ? kith_profile_begin : kith_profile_resume)(package->profile, "pack");
 #pragma omp parallel for schedule(static)
   for (kith_index from = begin; from < end; from += KITH_STRETCH) {
     const kith_index to = KITH_MIN(from + KITH_STRETCH, end),

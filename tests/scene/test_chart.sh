@@ -201,6 +201,33 @@ grep -q "inputs/suites" stdout || wrong "chart list: where are the suites?"
 printf '%s\n' 'scene: tiny.yaml' 'settings: {exact.name: riemann}' 'resolution: [50]' >any.yaml
 ok "$kith" chart any.yaml -o any --quiet
 
+# ---- over: each method with every combination of values, the last key first
+printf '%s\n' 'scene: tiny.yaml' 'settings: {exact.name: riemann}' \
+  'over: {method.kernel: [cubic, quartic], scheme.cfl: [0.2, 0.3, 0.4]}' 'resolution: [40, 50]' \
+  'methods:' '  - {name: one, settings: {method.package: crk}}' \
+  '  - {name: two, settings: {scheme.cfl: 0.1}}' >over.yaml
+ok "$kith" chart over.yaml -o over --quiet
+cut -d, -f1,2 over/points.csv | sed 1d >names
+for resolution in 40 50; do
+  for method in one two; do
+    for kernel in cubic quartic; do
+      for cfl in 0.2 0.3 0.4; do echo "\"$method $kernel $cfl\",\"$resolution\""; done
+    done
+  done
+done | diff names - >differs || wrong "combinations: $(<differs)"
+grep -q '^"two quartic 0.3",.* method.kernel=quartic scheme.cfl=0.3 ' over/points.csv || wrong "settings"
+stopped 2 'method.kernel: this is what is varied' \
+  "$kith" chart over.yaml -o over --set method.kernel=quintic
+sed '/methods/,$d' over.yaml >alone.yaml
+ok "$kith" chart alone.yaml -o alone --quiet
+grep -q '^"cubic 0.2",' alone/points.csv || wrong "names of combinations alone: $(<alone/points.csv)"
+sed 's/over:.*/over: {scheme.cfl: 0.1}/' alone.yaml >over.yaml
+stopped 2 'over.yaml:3' "$kith" chart over.yaml -o over
+sed 's/over:.*/over: {scheme.cfl: [[1]]}/' alone.yaml >over.yaml
+stopped 2 'one word or number' "$kith" chart over.yaml -o over
+sed "s/over:.*/over: {scheme.cfl: [$(seq -s, 51)], dimension: [1, 2]}/" alone.yaml >over.yaml
+stopped 2 'more than 100 methods' "$kith" chart over.yaml -o over
+
 # Without gnuplot there is no picture, and chart.md has no link to it.
 PATH=/nowhere "$kith" chart any.yaml -o bare --quiet >stdout 2>stderr
 [[ $(<stderr) == *"gnuplot cannot be run"* && ! -e bare/chart.png ]] || wrong "without gnuplot: $(<stderr)"
