@@ -73,6 +73,12 @@ static inline kith_status scenario_status(const char *yaml, const char *settings
   return status;
 }
 
+/* Checks that a simulation with these settings is refused, with these words in the message. */
+static inline void scenario_refused(const char *yaml, const char *settings, const char *message) {
+  CHECK_STATUS(KITH_BAD_INPUT, scenario_status(yaml, settings));
+  CHECK(check_says(message));
+}
+
 /* Computes the first rates and stores the totals that conservation errors refer to. */
 static inline kith_status scenario_start(struct scenario *s) {
   const kith_status status = kith_simulation_start(s->simulation);

@@ -61,27 +61,16 @@ static void is_a_wall(const char *settings, bool above, int steps) {
   scenario_close(&lab);
 }
 
-/* Settings that do not go together with a piston; they are refused when the simulation is created. */
-static void check_refused(const char *settings, const char *energy, const char *message) {
-  struct scenario s = {0};
-  const char *overrides[4] = {NDIM == 1   ? "dimension=1"
-                              : NDIM == 2 ? "dimension=2"
-                                          : "dimension=3",
-                              "boundaries.x=[{kind: piston, velocity: 0.5}, open]", settings, energy};
-  CHECK_OK(kith_scene_parse(&s.scene, "tube.yaml", tube, strlen(tube), 4, overrides));
-  if (s.scene == NULL) return;
-  CHECK_STATUS(KITH_BAD_INPUT, kith_simulation_create(&s.simulation, s.scene, NULL, NULL, true));
-  CHECK(s.simulation == NULL && strstr(kith_failure(), message) != NULL);
-  scenario_close(&s);
-}
-
+/* What does not go together with a piston. */
 static void refusals(void) {
-  const char *compatible = "method.energy=compatible", *thermal = "method.energy=thermal";
-  check_refused("connectivity.rebuild=displacement", compatible,
-                "a piston requires that neighbor lists are rebuilt always");
-  check_refused("scheme.name=rk4", thermal, "rk4 does not know of pistons");
-  check_refused("scheme.name=arkode", thermal, "arkode does not know of pistons");
-  check_refused("scheme.name=implicit", thermal, "implicit does not know of pistons");
+#define PISTON "boundaries.x=[{kind:\tpiston,velocity:\t0.5},open] "
+  scenario_refused(tube, PISTON "connectivity.rebuild=displacement",
+                   "a piston requires that neighbor lists are rebuilt always");
+  scenario_refused(tube, PISTON "scheme.name=rk4 method.energy=thermal", "rk4 does not know of pistons");
+  scenario_refused(tube, PISTON "scheme.name=arkode method.energy=thermal",
+                   "arkode does not know of pistons");
+  scenario_refused(tube, PISTON "scheme.name=implicit method.energy=thermal",
+                   "implicit does not know of pistons");
 }
 
 int main(void) {

@@ -387,23 +387,19 @@ static void without_energy(void) {
 
 /* --- refusals --- */
 
-static void refused(const char *settings, const char *message) {
-  CHECK_STATUS(KITH_BAD_INPUT, scenario_status(box, settings));
-  CHECK(check_says(message));
-}
-
 static void refusals(void) {
-  refused("scheme.name=arkode scheme.table=dormand-prince-7-4-4", "did you mean 'dormand-prince-7-4-5'?");
-  refused("scheme.name=arkode scheme.table=butcher",
-          "scheme.table: 'butcher' is not one of heun-euler-2-1-2, ");
-  refused("scheme.name=rk4 method.energy=compatible",
-          "scheme.name: rk4 cannot keep energy compatible: that energy follows from the kicks");
-  refused("scheme.name=arkode method.energy=compatible", "give it method.energy=thermal");
-  refused("scheme.name=implicit method.energy=compatible", "give it method.energy=thermal");
-  refused("scheme.name=rk4 scheme.cfl=1.5",
-          "scheme.cfl: 1.5 is out of range (0, 1] of rk4; more is for implicit");
-  refused("scheme.name=arkode scheme.table=knoth-wolke-3-3",
-          "--set scheme.table: it has no error estimate; give it scheme.adaptive=false");
+  scenario_refused(box, "scheme.name=arkode scheme.table=dormand-prince-7-4-4",
+                   "did you mean 'dormand-prince-7-4-5'?");
+  scenario_refused(box, "scheme.name=arkode scheme.table=butcher",
+                   "scheme.table: 'butcher' is not one of heun-euler-2-1-2, ");
+  scenario_refused(box, "scheme.name=rk4 method.energy=compatible",
+                   "scheme.name: rk4 cannot keep energy compatible: that energy follows from the kicks");
+  scenario_refused(box, "scheme.name=arkode method.energy=compatible", "give it method.energy=thermal");
+  scenario_refused(box, "scheme.name=implicit method.energy=compatible", "give it method.energy=thermal");
+  scenario_refused(box, "scheme.name=rk4 scheme.cfl=1.5",
+                   "scheme.cfl: 1.5 is out of range (0, 1] of rk4; more is for implicit");
+  scenario_refused(box, "scheme.name=arkode scheme.table=knoth-wolke-3-3",
+                   "--set scheme.table: it has no error estimate; give it scheme.adaptive=false");
 }
 
 int main(void) {
