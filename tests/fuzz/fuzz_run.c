@@ -18,7 +18,7 @@
 #include <unistd.h>
 #include "app/cli/options.h"
 #include "app/scene/scene.h"
-#include "tests/check.h"
+#include "tests/fuzz/draw.h"
 
 #ifdef KITH_SANITIZE
 /* no limit of memory: sanitizers reserve terabytes of addresses */
@@ -27,11 +27,6 @@ enum { SECONDS = 300, MEGABYTES = 0, RUNS = 80 };
 enum { SECONDS = 100, MEGABYTES = 600, RUNS = 100 };
 #endif
 enum { MOST = 256, LONGEST = 1 << 15, PATH = 512, SETTING = 336, CHANGES = 5, STEPS = 3 };
-
-static size_t below(uint64_t *seed, size_t n) {
-  return (size_t)(check_random(seed) * (double)n);
-}
-#define ONE_OF(words) (words)[below(seed, sizeof(words) / sizeof *(words))]
 
 /* ---- keys, from the reference of scenes */
 
@@ -130,66 +125,36 @@ static void read_scenes(const char *folder) {
 
 /* ---- changes */
 
-static const char *const numbers[] = {"0",     "1",     "2",      "3",    "0.5", "-1",   "4",       "7",
-                                      "0.1",   "10",    "100",    "1e-3", "1e3", "1e-9", "1e9",     "1e30",
-                                      "1e-30", "1e300", "1e-300", "-0.0", "1.4", "0.01", "1000000", "nan"};
-static const char *const others[] = {"true",
-                                     "false",
-                                     "~",
-                                     "[]",
-                                     "{}",
-                                     "x",
-                                     "'1 + 0.1*sin(6*x)'",
-                                     "'1/x'",
-                                     "'r < 0.3'",
-                                     "[1, 2]",
-                                     "[0, 0, 0]",
-                                     "[1, 1, 1]",
-                                     "[-1, -1, -1]",
-                                     "[0.5, 0]",
-                                     "['-x', '-y', '-z']",
-                                     "open",
-                                     "reflecting",
-                                     "periodic",
-                                     "inflow",
-                                     "outflow",
-                                     "{kind: piston, velocity: 0.5}",
-                                     "{kind: piston, velocity: -2}",
-                                     "[periodic, open]",
-                                     "[inflow, outflow]",
-                                     "[open, reflecting]",
-                                     "{kind: outflow, pressure_far: 1}",
-                                     "{kind: inflow, density: 1, pressure: 1, velocity: [1, 0, 0]}",
-                                     "always|displacement",
-                                     "self|connected",
-                                     "padded:width=2",
-                                     "density",
-                                     "[density-error, velocity]",
-                                     "[{name: conduction, conductivity: 1}]",
-                                     "[{name: viscosity, dynamic: 0.1}]",
-                                     "[{name: p, at: [0, 0, 0], along: [1, 0, 0]}]",
-                                     "[{energy: 1, over: ball, spacings: 2}]",
-                                     "{x: [0, 0.5]}",
-                                     "hybrid:morton"};
+static const char numbers[] =
+    "0;1;2;3;0.5;-1;4;7;0.1;10;100;1e-3;1e3;1e-9;1e9;1e30;1e-30;1e300;1e-300;-0.0;1.4;0.01;1000000;nan";
+static const char others[] =
+    "true;false;~;[];{};x;'1 + 0.1*sin(6*x)';'1/x';'r < 0.3';[1, 2];[0, 0, 0];[1, 1, 1];[-1, -1, -1];"
+    "[0.5, 0];['-x', '-y', '-z'];open;reflecting;periodic;inflow;outflow;{kind: piston, velocity: 0.5};"
+    "{kind: piston, velocity: -2};[periodic, open];[inflow, outflow];[open, reflecting];"
+    "{kind: outflow, pressure_far: 1};{kind: inflow, density: 1, pressure: 1, velocity: [1, 0, 0]};"
+    "always|displacement;self|connected;padded:width=2;density;[density-error, velocity];"
+    "[{name: conduction, conductivity: 1}];[{name: viscosity, dynamic: 0.1}];"
+    "[{name: p, at: [0, 0, 0], along: [1, 0, 0]}];[{energy: 1, over: ball, spacings: 2}];{x: [0, 0.5]};"
+    "hybrid:morton";
 
-static void draw_value(const struct key *key, uint64_t *seed, char value[128]) {
+static void draw_value(const struct key *key, uint64_t *seed, char value[64]) {
   const bool right = below(seed, 8) > 0;
   int n = 1;
   for (const char *c = key->choices; *c != '\0'; ++c) n += *c == ',';
   if (right && key->choices[0] != '\0') {
     const char *c = key->choices;
     for (size_t k = below(seed, (size_t)n); k > 0; --k) c = strchr(c, ',') + 2;
-    snprintf(value, 128, "%.*s", (int)strcspn(c, ","), c);
+    snprintf(value, 64, "%.*s", (int)strcspn(c, ","), c);
   } else if (right && key->number) {
-    snprintf(value, 128, "%s", ONE_OF(numbers));
+    draw_word(numbers, seed, value);
   } else {
-    snprintf(value, 128, "%s", below(seed, 3) == 0 ? ONE_OF(numbers) : ONE_OF(others));
+    draw_word(below(seed, 3) == 0 ? numbers : others, seed, value);
   }
 }
 
 static void draw_setting(const struct seed_scene *scene, uint64_t *seed, char text[SETTING]) {
   const struct key *key;
-  char value[128], path[200] = "";
+  char value[64], path[200] = "";
   do /* millions of nodes across, which are refused for want of memory, would take minutes with sanitizers */
     key = &keys[below(seed, (size_t)n_keys)];
   while (MEGABYTES == 0 && strcmp(key->path, "domain.across") == 0);
@@ -222,7 +187,7 @@ static void change_text(char *text, uint64_t *seed) {
     default:
       while (from < n && !isdigit((unsigned char)text[from])) ++from;
       to = from + strspn(text + from, "0123456789.e");
-      snprintf(piece, sizeof piece, "%s", ONE_OF(numbers));
+      draw_word(numbers, seed, piece);
   }
   snprintf(copy, sizeof copy, "%.*s%s%s", (int)from, text, piece, text + to);
   strcpy(text, copy);

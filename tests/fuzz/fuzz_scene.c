@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "app/scene/scene.h"
+#include "tests/fuzz/draw.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -18,7 +19,7 @@ static void fail(const char *what, const char *text) {
   abort();
 }
 
-static void check_message(kith_status status) {
+static void check_refusal(kith_status status) {
   const char *message = kith_failure();
   if (status != KITH_BAD_INPUT) fail("not a BAD_INPUT", message);
   if (message[0] == '\0' || strpbrk(message, "\n\r") != NULL) fail("not one line", message);
@@ -48,7 +49,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   if (status == KITH_OK)
     check_text(scene->text);
   else
-    check_message(status);
+    check_refusal(status);
   kith_scene_destroy(&scene);
   return 0;
 }
@@ -92,84 +93,11 @@ static const char *const seeds[] = {
 enum { N_SEEDS = sizeof seeds / sizeof seeds[0], EXPENSIVE = 1, LARGEST = 1 << 16 };
 
 /* Pieces of text that are special in YAML, numbers, formulas and scenes. */
-static const char *const words[] = {"{",
-                                    "}",
-                                    "[",
-                                    "]",
-                                    ": ",
-                                    ":",
-                                    "- ",
-                                    ",",
-                                    "\n",
-                                    "\n  ",
-                                    "\t",
-                                    "#",
-                                    "'",
-                                    "\"",
-                                    "&a ",
-                                    "*a",
-                                    "!!str ",
-                                    "| ",
-                                    ">",
-                                    "---\n",
-                                    "...\n",
-                                    "%YAML 1.1\n",
-                                    "? ",
-                                    "~",
-                                    "null",
-                                    ".nan",
-                                    ".inf",
-                                    "1e999",
-                                    "-1",
-                                    "0",
-                                    "1e-320",
-                                    "0x1p4",
-                                    "99999999999999999999",
-                                    "true",
-                                    "{}",
-                                    "[]",
-                                    "1d: 1",
-                                    "3d: ",
-                                    "x",
-                                    "r",
-                                    "x/0",
-                                    "x=1",
-                                    "((((",
-                                    "sqrt(-1)",
-                                    "x,y",
-                                    "?1:2",
-                                    "\\0",
-                                    "\xff",
-                                    "exact",
-                                    "energy",
-                                    "where",
-                                    "ball",
-                                    "noh",
-                                    "uniform",
-                                    "sedov",
-                                    "riemann",
-                                    "periodic",
-                                    "constant",
-                                    "across",
-                                    "velocity",
-                                    "@a.b=1\n",
-                                    "@regions.0=\n",
-                                    "@regions.0.velocity={1d: 2}\n",
-                                    "@energy=[[[\n",
-                                    "\xef\xbb\xbf",
-                                    "\xfe\xff"};
-enum { N_WORDS = sizeof words / sizeof words[0] };
-
-static uint64_t random_bits(uint64_t *state) { /* splitmix64 */
-  uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-static size_t below(uint64_t *state, size_t n) {
-  return n == 0 ? 0 : (size_t)(random_bits(state) % n);
-}
+static const char words[] =
+    "{;};[;];: ;:;- ;,;\n;\n  ;\t;#;';\";&a ;*a;!!str ;| ;>;---\n;...\n;%YAML 1.1\n;? ;~;null;.nan;.inf;"
+    "1e999;-1;0;1e-320;0x1p4;99999999999999999999;true;{};[];1d: 1;3d: ;x;r;x/0;x=1;((((;sqrt(-1);x,y;?1:2;"
+    "\\0;\xff;exact;energy;where;ball;noh;uniform;sedov;riemann;periodic;constant;across;velocity;@a.b=1\n;"
+    "@regions.0=\n;@regions.0.velocity={1d: 2}\n;@energy=[[[\n;\xef\xbb\xbf;\xfe\xff";
 
 /* Draws the scene to begin with; the one with a Sedov solution, which takes milliseconds, is drawn less
  * often. */
@@ -198,9 +126,10 @@ static void insert(struct input *in, size_t at, const char *text, size_t length)
 
 static void mutate(struct input *in, uint64_t *state) {
   const size_t at = below(state, in->size + 1), length = 1 + below(state, 1 + below(state, 40));
-  const char *word = words[below(state, N_WORDS)], *seed = seeds[below(state, N_SEEDS)];
+  char copy[64], word[64];
+  draw_word(words, state, word);
+  const char *seed = seeds[below(state, N_SEEDS)];
   const size_t from = below(state, strlen(seed));
-  char copy[64];
   switch (below(state, 8)) {
     case 0:
       cut(in, at, length);
@@ -221,7 +150,7 @@ static void mutate(struct input *in, uint64_t *state) {
       insert(in, below(state, in->size + 1), copy, KITH_MIN(length, in->size - at));
       break;
     case 6:
-      if (at < in->size) in->text[at] = (char)random_bits(state);
+      if (at < in->size) in->text[at] = (char)below(state, 256);
       break;
     default:
       if (at < in->size) in->text[at] = (char)(in->text[at] ^ (1 << below(state, 7)));
