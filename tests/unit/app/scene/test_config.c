@@ -2,11 +2,9 @@
  * files; writing, and reading again; suggestions for misspelled words. */
 #include "app/scene/config.h"
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include "lib/core/choices.h"
-#include "tests/check.h"
+#include "tests/unit/files.h"
 
 static void refused(const char *text, const char *wanted) {
   struct kith_config *config;
@@ -88,16 +86,19 @@ static void tree(void) {
   CHECK(config == NULL);
 }
 
+static void check_text(const char *what, const char *got, const char *wanted) {
+  if (strcmp(got, wanted) == 0) return;
+  ++check_failures;
+  fprintf(stderr, "%s\ngave\n%swanted\n%s", what, got, wanted);
+}
+
 static void overridden(const char *text, const char *assignment, const char *wanted) {
   struct kith_config *config;
   char *out = NULL;
   CHECK_OK(kith_config_parse(&config, "f", text, strlen(text)));
   CHECK_OK(kith_config_override(config, assignment));
   CHECK_OK(kith_config_emit(config->root, false, &out));
-  if (strcmp(out, wanted) != 0) {
-    ++check_failures;
-    fprintf(stderr, "--set %s gave\n%swanted\n%s", assignment, out, wanted);
-  }
+  check_text(assignment, out, wanted);
   kith_free(&out);
   kith_config_destroy(&config);
 }
@@ -173,103 +174,70 @@ static void file_refused(const char *path, const char *what) {
 }
 
 static void files(void) {
-  char folder[] = "config_XXXXXX", path[64];
-  CHECK(mkdtemp(folder) != NULL);
-  file_refused(folder, "is a directory, not a scene");
-  snprintf(path, sizeof path, "%s/scene.yaml", folder);
+  const char *const path = path_in("s.yaml");
+  struct kith_config *config;
+  file_refused(directory, "is a directory, not a scene");
   file_refused(path, "No such file or directory");
   FILE *file = fopen(path, "wb");
   for (int i = 0; i < (1 << 20) + 1; ++i) fputc(i % 64 == 63 ? '\n' : '#', file);
   fclose(file);
   file_refused(path, "larger than 1 MiB, too large for a scene");
-  file = fopen(path, "wb");
-  fwrite(
-      "\x7f"
-      "ELF\x02\x01\x01\0\0\0",
-      1, 10, file);
-  fclose(file);
-  struct kith_config *config;
+  write_text(path,
+             "\x7f"
+             "ELF\x02\x01\x01");
   CHECK_STATUS(KITH_BAD_INPUT, kith_config_read(&config, path));
-  CHECK(strstr(kith_failure(), ":1: not YAML: control characters are not allowed") != NULL);
-  file = fopen(path, "wb");
-  fputs("a: 1\n", file);
-  fclose(file);
+  CHECK(check_says(":1: not YAML: control characters are not allowed"));
+  write_text(path, "a: 1\n");
   CHECK_OK(kith_config_read(&config, path));
   kith_config_destroy(&config);
-  remove(path);
-  rmdir(folder);
-}
-
-static void write_file(const char *folder, const char *name, const char *text) {
-  char path[96];
-  snprintf(path, sizeof path, "%s/%s", folder, name);
-  FILE *file = fopen(path, "wb");
-  fputs(text, file);
-  fclose(file);
 }
 
 /* A scene over base.yaml in the same folder: the result, or the message (after the name of the folder). */
-static void with_base(const char *folder, const char *text, const char *wanted, const char *message) {
+static void with_base(const char *text, const char *wanted, const char *message) {
   struct kith_config *config;
-  char path[96], *out = NULL, line[256];
-  write_file(folder, "s.yaml", text);
-  snprintf(path, sizeof path, "%s/s.yaml", folder);
+  const char *const path = path_in("s.yaml");
+  char *out = NULL;
+  write_text(path, text);
   if (message != NULL) {
-    snprintf(line, sizeof line, "%s/%s", folder, message);
-    check_message(text, kith_config_read(&config, path), line);
+    check_message(text, kith_config_read(&config, path), path_in(message));
     CHECK(config == NULL);
     return;
   }
   CHECK_OK(kith_config_read(&config, path));
   CHECK_OK(kith_config_emit(config->root, false, &out));
-  if (strcmp(out, wanted) != 0) {
-    ++check_failures;
-    fprintf(stderr, "%s\ngave\n%swanted\n%s", text, out, wanted);
-  }
+  check_text(text, out, wanted);
   kith_free(&out);
   kith_config_destroy(&config);
 }
 
 static void bases(void) {
-  char folder[] = "config_XXXXXX", path[96];
-  CHECK(mkdtemp(folder) != NULL);
-  write_file(folder, "base.yaml", "scene: b\na: 1\nm: {x: 1, y: 2}\nl: [{z: 1}, 2]\n");
-  write_file(folder, "middle.yaml", "base: base.yaml\n\nm.x: 5\n");
-  write_file(folder, "round.yaml", "base: s.yaml\n");
-  with_base(folder, "base: base.yaml\n", "scene: null\na: 1\nm:\n  x: 1\n  y: 2\nl:\n- z: 1\n- 2\n", NULL);
-  with_base(folder, "m.x: {q: [1, 2]}\nbase: base.yaml\nscene: s\nl.0.z: 7\nn.o: ~\na: 'x y'\n",
+  char line[96];
+  write_text(path_in("base.yaml"), "scene: b\na: 1\nm: {x: 1, y: 2}\nl: [{z: 1}, 2]\n");
+  write_text(path_in("middle.yaml"), "base: base.yaml\n\nm.x: 5\n");
+  write_text(path_in("round.yaml"), "base: s.yaml\n");
+  with_base("base: base.yaml\n", "scene: null\na: 1\nm:\n  x: 1\n  y: 2\nl:\n- z: 1\n- 2\n", NULL);
+  with_base("m.x: {q: [1, 2]}\nbase: base.yaml\nscene: s\nl.0.z: 7\nn.o: ~\na: 'x y'\n",
             "scene: s\na: 'x y'\nm:\n  x:\n    q: [1, 2]\n  y: 2\nl:\n- z: 7\n- 2\nn:\n  o: null\n", NULL);
-  with_base(folder, "base: middle.yaml\nm.y: 6\nl: 3\n", "scene: null\na: 1\nm:\n  x: 5\n  y: 6\nl: 3\n",
-            NULL);
-  with_base(folder, "base: base.yaml\n\nl.2.z: 1\n", NULL,
+  with_base("base: middle.yaml\nm.y: 6\nl: 3\n", "scene: null\na: 1\nm:\n  x: 5\n  y: 6\nl: 3\n", NULL);
+  with_base("base: base.yaml\n\nl.2.z: 1\n", NULL,
             "s.yaml:3: l.2: no such entry, the list has 2 (counted from 0)");
-  with_base(folder, "base: base.yaml\na.b: 1\n", NULL, "s.yaml:2: a: has no keys, it is '1'");
-  with_base(folder, "base: base.yaml\na..b: 1\n", NULL, "s.yaml:2: a..b: an empty word between dots");
-  with_base(folder, "base: base.yaml\nm.: 1\n", NULL, "s.yaml:2: m.: an empty word between dots");
-  with_base(folder, "base: [1]\n", NULL, "s.yaml:1: base: not the name of a file");
-  with_base(folder, "a: 1\nbase: round.yaml\n", NULL,
-            "s.yaml:2: base: the 8th base in a row; do they go round?");
-  snprintf(path, sizeof path, "s.yaml:2: base: %s/none.yaml: No such file or directory", folder);
-  with_base(folder, "\nbase: none.yaml\n", NULL, path);
+  with_base("base: base.yaml\na.b: 1\n", NULL, "s.yaml:2: a: has no keys, it is '1'");
+  with_base("base: base.yaml\na..b: 1\n", NULL, "s.yaml:2: a..b: an empty word between dots");
+  with_base("base: base.yaml\nm.: 1\n", NULL, "s.yaml:2: m.: an empty word between dots");
+  with_base("base: [1]\n", NULL, "s.yaml:1: base: not the name of a file");
+  with_base("a: 1\nbase: round.yaml\n", NULL, "s.yaml:2: base: the 8th base in a row; do they go round?");
+  snprintf(line, sizeof line, "s.yaml:2: base: %s/none.yaml: No such file or directory", directory);
+  with_base("\nbase: none.yaml\n", NULL, line);
   /* Locations are those of the file in which a value stands. */
   struct kith_config *config;
-  write_file(folder, "s.yaml", "base: middle.yaml\n\n\nm.y: {u: 6}\n");
-  snprintf(path, sizeof path, "%s/s.yaml", folder);
-  CHECK_OK(kith_config_read(&config, path));
-  static const char *const at[] = {"m.y.u", "m.x", "a"}, *const message[] = {"s.yaml:4: m.y.u: no",
-                                                                             "middle.yaml:3: m.x: no",
-                                                                             "base.yaml:2: a: no"};
-  for (int k = 0; k < 3; ++k) {
-    snprintf(path, sizeof path, "%s/%s", folder, message[k]);
-    check_message(at[k], kith_config_fail(kith_config_at(config, at[k]), NULL, "no"), path);
-  }
+  write_text(path_in("s.yaml"), "base: middle.yaml\n\n\nm.y: {u: 6}\n");
+  CHECK_OK(kith_config_read(&config, path_in("s.yaml")));
+  static const char *const at[][2] = {
+      {"m.y.u", "s.yaml:4: m.y.u: no"}, {"m.x", "middle.yaml:3: m.x: no"}, {"a", "base.yaml:2: a: no"}};
+  for (int k = 0; k < 3; ++k)
+    check_message(at[k][0], kith_config_fail(kith_config_at(config, at[k][0]), NULL, "no"),
+                  path_in(at[k][1]));
   kith_config_destroy(&config);
-  static const char *const made[] = {"base.yaml", "middle.yaml", "round.yaml", "s.yaml"};
-  for (int k = 0; k < 4; ++k) {
-    snprintf(path, sizeof path, "%s/%s", folder, made[k]);
-    remove(path);
-  }
-  rmdir(folder);
 }
 
 static void check_suggestion(const char *choices, const char *word, const char *wanted) {
@@ -298,6 +266,8 @@ static void choices(void) {
 }
 
 int main(void) {
+  static const char *const made[] = {"s.yaml", "base.yaml", "middle.yaml", "round.yaml"};
+  directory_make();
   syntax();
   limits();
   tree();
@@ -306,5 +276,6 @@ int main(void) {
   files();
   bases();
   choices();
+  directory_remove(4, made);
   return check_failed();
 }
