@@ -4,7 +4,7 @@
 #include "tests/unit/scenario.h"
 
 static const char slabs[] =
-    "resolution: {1d: 50, 2d: 40, 3d: 20}\n"
+    "resolution: {1d: 40, 2d: 30, 3d: 20}\n"
     "domain: {lower: [-1, 0, 0], upper: [1, 1, 1], across: {1d: 1, 2d: 8, 3d: 6}}\n"
     "boundaries: {x: reflecting, y: periodic, z: periodic}\n"
     "materials: {solid: {eos: isothermal, sound_speed: 1.0e-9}}\n" /* nearly no pressure */
