@@ -150,6 +150,6 @@ int main(void) {
   conservation();
   most_steps();
   waves();
-  if (NDIM == 1) blasts(); /* the same in every dimension, and the longest */
+  blasts();
   return check_failed();
 }
