@@ -31,7 +31,8 @@ kith_status kith_excluder_keeps_pairs(const struct kith_excluder *chain) {
     if (!chain->ops->halves) continue;
     kith_choices_format(chain->ops->name, name, sizeof name);
     KITH_FAIL(BAD_INPUT,
-              "excluder %s: packages need each interaction in both rows; it is for lists of the library", name);
+              "excluder %s: packages need each interaction in both rows; it is for lists of the library",
+              name);
   }
   return KITH_OK;
 }
