@@ -85,7 +85,7 @@ static const char *without_dot(const char *path) {
 /* Is the file in this directory, which need not be there yet? */
 static bool is_in(const char *path, const char *directory) {
   const int length = kith_path_folder(path);
-  char folder[KITH_PATH], wanted[KITH_PATH];
+  char folder[KITH_PATH], wanted[KITH_PATH + 1];
   snprintf(folder, sizeof folder, "%.*s", length > 0 ? length : 2, length > 0 ? path : "./");
   snprintf(wanted, sizeof wanted, "%s%s", directory, directory[strlen(directory) - 1] == '/' ? "" : "/");
   return strcmp(without_dot(folder), without_dot(wanted)) == 0 || kith_is_same_file(folder, wanted);
