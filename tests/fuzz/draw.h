@@ -10,13 +10,12 @@ static inline size_t below(uint64_t *seed, size_t n) {
   return (size_t)(check_random(seed) * (double)n);
 }
 
-/* One of the words, between which are semicolons; none is longer than 63 letters. */
-static inline const char *draw_word(const char *words, uint64_t *seed, char word[64]) {
+/* Writes one of the words, between which are semicolons; none is longer than 63 letters. */
+static inline void draw_word(const char *words, uint64_t *seed, char word[64]) {
   size_t n = 1;
   for (const char *c = words; *c != '\0'; ++c) n += *c == ';';
   for (size_t k = below(seed, n); k > 0; --k) words = strchr(words, ';') + 1;
   snprintf(word, 64, "%.*s", (int)strcspn(words, ";"), words);
-  return word;
 }
 
 #endif
