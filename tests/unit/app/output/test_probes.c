@@ -12,6 +12,7 @@
 #include "tests/unit/files.h"
 #include "tests/unit/oracle.h"
 #include "tests/unit/scenario.h"
+#include "tests/unit/solve.h"
 
 static const char box[] = SCENARIO_UNIT
     "resolution: {1d: 40, 2d: 10, 3d: 6}\n"
@@ -194,24 +195,6 @@ static void check_pictures(void) {
   scenario_close(&s);
 }
 
-/* Solves by elimination with pivots, unlike the probes. */
-static void eliminate(double m[NDIM + 1][NDIM + 2]) {
-  for (int k = 0; k <= NDIM; ++k) {
-    int p = k;
-    for (int r = k + 1; r <= NDIM; ++r)
-      if (fabs(m[r][k]) > fabs(m[p][k])) p = r;
-    for (int c = 0; c < NDIM + 2; ++c) {
-      const double swap = m[k][c];
-      m[k][c] = m[p][c], m[p][c] = swap;
-    }
-    for (int r = 0; r <= NDIM; ++r) {
-      const double factor = m[r][k] / m[k][k];
-      for (int c = 0; c < NDIM + 2 && r != k; ++c) m[r][c] -= factor * m[k][c];
-    }
-  }
-  for (int k = 0; k <= NDIM; ++k) m[k][NDIM + 1] /= m[k][k];
-}
-
 /* Is it a node or a frozen node, not an image? */
 static bool has_values(const struct kith_nodes *nodes, kith_index j) {
   return j < nodes->n_internal || kith_nodes_ghost_block(nodes, j)->kind == KITH_GHOST_FROZEN;
@@ -221,7 +204,7 @@ static bool has_values(const struct kith_nodes *nodes, kith_index j) {
  * and their images -1, 0 and 1 along each axis: shifted along x and z, mirrored along y. */
 static void oracle_at(const struct scenario *s, const double *x, int component, double out[NDIM + 1]) {
   const struct kith_hydro *h = &s->simulation->hydro;
-  double m[NDIM + 1][NDIM + 2] = {{0}};
+  double m[NDIM + 1][NDIM + 1] = {{0}}, sum[NDIM + 1][1] = {{0}};
   int image[3];
   for (kith_index j = 0; j < kith_nodes_count(h->nodes); ++j)
     for (image[0] = has_values(h->nodes, j) ? -1 : 2; image[0] <= 1; ++image[0])
@@ -242,11 +225,11 @@ static void oracle_at(const struct scenario *s, const double *x, int component, 
           w *= h->mass->f64[j] / (h->density->f64[j] * kith_pow_dim(support));
           for (int k = 0; k <= NDIM; ++k) {
             for (int l = 0; l <= NDIM; ++l) m[k][l] += w * term[k] * term[l];
-            m[k][NDIM + 1] += w * term[k] * v;
+            sum[k][0] += w * term[k] * v;
           }
         }
-  eliminate(m);
-  for (int k = 0; k <= NDIM; ++k) out[k] = m[k][NDIM + 1];
+  truth_solve(NDIM + 1, m, 1, sum);
+  for (int k = 0; k <= NDIM; ++k) out[k] = sum[k][0];
 }
 
 static void check_images(const char *settings) {
