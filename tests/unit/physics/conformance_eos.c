@@ -3,6 +3,7 @@
  * pressure; gamma is the growth of the bulk modulus along the isentrope; nothing positive becomes negative.
  * Then values known by hand, and tables. */
 #include "tests/unit/choices_of.h"
+#include "tests/unit/files.h"
 #include "tests/unit/materials.h"
 
 static void state(const struct kith_material *m, double density, double energy, double *pressure, double *c) {
@@ -116,17 +117,10 @@ static void check_arrays(const struct kith_material *m) {
 
 /* --- tables --- */
 
-static const char table_file[] = "conformance_eos.table";
-
-static void write_file(const char *text) {
-  FILE *file = fopen(table_file, "w");
-  CHECK(file != NULL && fputs(text, file) >= 0 && fclose(file) == 0);
-}
-
 static kith_status load_table(struct kith_material *table) {
   char file[128];
   void *settings;
-  snprintf(file, sizeof file, "file=%s", table_file);
+  snprintf(file, sizeof file, "file=%s", path_in("a.table"));
   CHECK_OK(kith_settings_create(&settings, kith_family_member(kith_eos_member, "table"), file));
   const kith_status status = kith_eos_table.load(&settings, "");
   if (status != KITH_OK) kith_free(&settings);
@@ -137,7 +131,7 @@ static kith_status load_table(struct kith_material *table) {
 /* Writes and loads a table of `m` at n densities and energies between these, with unequal spacing. */
 static struct kith_material table_of(const struct kith_material *m, int n, double rho0, double rho1,
                                      double u0, double u1) {
-  FILE *file = fopen(table_file, "w");
+  FILE *file = fopen(path_in("a.table"), "w");
   struct kith_material table;
   for (int row = -2; row < n; ++row) {
     for (int k = 0; k < n; ++k) {
@@ -176,13 +170,13 @@ static void table_errors(const struct kith_material *m, int n, double *of_p, dou
 
 static void check_refused_table(const char *text, const char *line, const char *value) {
   struct kith_material table;
-  write_file(text);
+  write_text(path_in("a.table"), text);
   CHECK_STATUS(KITH_BAD_INPUT, load_table(&table));
-  CHECK(strstr(kith_failure(), table_file) != NULL && strstr(kith_failure(), line) != NULL &&
-        strstr(kith_failure(), value) != NULL);
+  CHECK(check_says(path_in("a.table")) && check_says(line) && check_says(value));
 }
 
 static void check_tables(void) {
+  directory_make();
   const struct kith_material solid = material_of("mie-grueneisen", NULL),
                              gas = material_of("stiffened", "gamma=3 stiffness=0.1");
   double p[3], c[3];
@@ -202,7 +196,8 @@ static void check_tables(void) {
     CHECK(k == 0 ? reason == NULL : reason != NULL && strstr(reason, k == 1 ? "density" : "energy") != NULL);
   }
   kith_free(&table.settings);
-  write_file("\xef\xbb\xbf" /* what editors put in front of UTF-8 */ "1 2\n0 1\n1 2\n2 3\n");
+  write_text(path_in("a.table"),
+             "\xef\xbb\xbf" /* what editors put in front of UTF-8 */ "1 2\n0 1\n1 2\n2 3\n");
   CHECK_OK(load_table(&table));
   kith_free(&table.settings);
   check_refused_table("1 2\n0 1\n1 2\n# comment\n2 0.5\n", ":5:", "0.5"); /* falls along the energy */
@@ -216,9 +211,9 @@ static void check_tables(void) {
   check_refused_table("1 2\n0 1\n1 2\n", ":3:", "0 numbers");
   check_refused_table("1 2\n0 1\n1 2\n2 3\n3 4\n", ":5:", "more lines of pressures than densities, 2");
   check_refused_table("", ":0:", "0 numbers");
-  CHECK(remove(table_file) == 0);
+  directory_remove(1, (const char *const[]){"a.table"});
   CHECK_STATUS(KITH_BAD_INPUT, load_table(&table));
-  CHECK(strstr(kith_failure(), table_file) != NULL);
+  CHECK(check_says(path_in("a.table")));
 }
 
 /* Sets each parameter in turn to all values of a list that its range allows. */
