@@ -141,6 +141,17 @@ void kith_blocks_plan(struct kith_integrator *it, double time, double factor) {
     b->wanted->f64[i] = isfinite(tick) ? power_of_two(b->wanted->f64[i] / tick) : KITH_TICKS;
 }
 
+void kith_blocks_shorten(struct kith_integrator *it) {
+  const struct kith_blocks *b = kith_blocks_of(it);
+  const double tick = it->planned / KITH_TICKS;
+  double excess = 0; /* the largest of: next step of a node over what its rates now allow */
+#pragma omp parallel for schedule(static) reduction(max : excess)
+  for (kith_index i = 0; i < it->nodes->n_internal; ++i)
+    excess = KITH_MAX(excess, tick * b->steps.next->f64[i] / limit_of(it, i));
+  kith_ranks_max(it->nodes->ranks, &excess, 1);
+  if (excess > b->settings.ratio) it->planned /= excess;
+}
+
 void kith_blocks_want(struct kith_integrator *it) {
   struct kith_blocks *b = kith_blocks_of(it);
   const double most = aligned(b->steps.now);

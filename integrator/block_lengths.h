@@ -38,6 +38,9 @@ static inline struct kith_blocks *kith_blocks_of(const struct kith_integrator *i
 /* Plans the next base step, from `time` on, so that it lands on the next output; if that is reached, on one
  * as far away again. `factor` multiplies the limits of the nodes. */
 void kith_blocks_plan(struct kith_integrator *it, double time, double factor);
+/* Shortens the planned base step if a node would begin it with a step of more than `ratio` times what its
+ * rates now allow (block_steps.h). */
+void kith_blocks_shorten(struct kith_integrator *it);
 /* Sets the steps that active nodes want at a tick inside of a base step. */
 void kith_blocks_want(struct kith_integrator *it);
 /* Limits the next step of active nodes by their neighbors: at most `ratio` times what any of them wants, and

@@ -301,6 +301,7 @@ static kith_status run_tick(struct kith_integrator *it, double n) {
   kith_profile_end(it->profile);
   KITH_TRY(make_tick_lists(it, first));
   KITH_TRY(evaluate(it));
+  if (b->steps.ends) kith_blocks_shorten(it);
   kith_profile_begin(it->profile, "kick");
   count_updates(it);
   close_tick(it, first);

@@ -22,8 +22,10 @@
  *
  * The length of a base step is that of the longest step that a node wants, but at most 2^levels times that of
  * the shortest, and a whole fraction of the time that is left until the next output. Since the steps of nodes
- * are rounded down to powers of two of it, it is shortened if that saves updates. With one level this is
- * leapfrog with a global step.
+ * are rounded down to powers of two of it, it is shortened if that saves updates. It is shortened once more
+ * if the rates with which it begins allow a node less than its first step over `ratio`: then bodies have just
+ * met, and the impulse of half of a long step could only be taken back with a later force. With one level
+ * this is leapfrog with a global step.
  *
  * What goes wrong without the limit by `ratio` in 2, and without 5: Saitoh and Makino (2009, ApJ 697, L99),
  * Durier and Dalla Vecchia (2012, MNRAS 419, 465). */
