@@ -86,7 +86,7 @@ struct kith_package_traits {
   bool viscous;           /* an added package that resists shear */
   const char *history;    /* what depends on earlier evaluations: no step can be repeated; NULL: nothing */
   const char *all_rows;   /* what needs the rows of all nodes at once, so no block steps; NULL: nothing */
-  const char *uncoupled;  /* what acts beyond the pairs that have f_couple; NULL: nothing */
+  const char *uncoupled;  /* why porosity and damage would not act, and what to take; NULL: they do */
   const char *no_between; /* parameter that leaves no intersections of supports; NULL: none does */
   const char *cheaper;    /* a cheaper setting and its trade-off, for `kith plan`; NULL: none */
 };

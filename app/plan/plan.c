@@ -104,18 +104,21 @@ static void show_requirements(const struct kith_plan *plan) {
   const double n = fmax(internal, 1), pairs = fmax((double)c->pairs.n, 1);
   struct demand demand[2 + KITH_ADDED_PACKAGES];
   const int demands = list_demands(plan, demand);
+  const char *absent = "not requested";
   printf("\n  connectivity: only what is required is built\n");
 #define SHOW(name, member, amount, of)                                                                     \
   {                                                                                                        \
     char why[TEXT] = "";                                                                                   \
     for (int d = 0; d < demands; ++d)                                                                      \
       if (demand[d].need.member) kith_text_join(why, TEXT, ", ", "%s (%s)", demand[d].who, demand[d].why); \
-    if (why[0] == '\0') kith_text_add(why, TEXT, "not requested");                                         \
+    if (why[0] == '\0') kith_text_add(why, TEXT, "%s", absent);                                            \
     structure(name, c->built.member, 1, amount, of, why);                                                  \
   }
   SHOW("rows", rows, entries(&c->rows, internal) / n, "a node")
   SHOW("pairs", pairs, (double)c->pairs.n / n, "a node")
+  if (plan->scene->partition.recompute) absent = "requested on several ranks (partition.ghosts)";
   SHOW("ghost rows", ghost_rows, (double)m->nodes->n_ghost / n, "a node")
+  absent = "not requested";
   SHOW("overlap", overlap, entries(&c->overlap, internal) / n, "a node")
   SHOW("overlap pairs", overlap_pairs, (double)c->overlap_pairs.n / n, "a node")
   SHOW("intersection", intersection, entries(&c->intersection, c->intersection.n) / pairs, "a pair")

@@ -175,8 +175,8 @@ static kith_status check_combination(const struct kith_simulation *m) {
     piston = piston || s->boundary[a].velocity != 0;
     passes = passes || kith_scene_passes(s, a);
   }
-  REFUSE_IF(package.uncoupled != NULL && any_region(s, kith_region_damaged), "method",
-            "%s reach beyond neighbors, between which porosity and damage act", package.uncoupled);
+  REFUSE_IF(package.uncoupled != NULL && any_region(s, kith_region_damaged), "method", "%s",
+            package.uncoupled);
   REFUSE_IF(
       package.no_between != NULL && couples, no_between,
       "ellipsoids do not tell what is between two nodes, as barriers, porosity and damage require; take "

@@ -324,7 +324,9 @@ static struct kith_package_traits mfm_traits(const void *settings) {
   if (mfm->faces != MFM_FACES_INTEGRATED) return (struct kith_package_traits){0};
   return (struct kith_package_traits){
       .all_rows = "integrated faces",
-      .uncoupled = "integrated faces",
+      .uncoupled =
+          "integrated faces reach beyond neighbors, between which porosity and damage act; take "
+          "one-point faces",
       .cheaper = "method.faces=one-point: no overlap lists; a larger closure error on disordered nodes"};
 }
 

@@ -164,7 +164,7 @@ refused "regions.0: lattice glass: a cell is 10 spacings, 0.2, and the region ha
   "$kith" plan tiny.yaml --set dimension=2 --set 'domain.upper=[1, 0.1, 1]' --set regions.0.lattice=glass
 
 # ---- settings that cannot be used together
-refused "integrated faces reach beyond neighbors" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
+refused "damage act; take one-point faces" "$kith" plan "$2/layer.yaml" --set method.package=mfm \
   --set method.faces=integrated
 refused "--set method.faces: integrated faces leave the side of a barrier open" "$kith" plan "$2/plate.yaml" \
   --set method.package=mfm --set method.faces=integrated

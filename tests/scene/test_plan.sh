@@ -166,6 +166,10 @@ END
   [[ $planned == "$taken" ]] || wrong "$faces: ghosts and row entries a node are $taken, not $planned"
 done
 
+# Ghosts have rows only between ranks if they compute their own values.
+shown "ghost rows left out requested on several ranks (partition.ghosts)" \
+  "$kith" plan tiny.yaml --set partition.ghosts=recompute
+
 # With a window they are those of all nodes, too.
 for window in whole follow; do
   ok "$kith" plan "$inputs/sod.yaml" --set dimension=1 --set window=$window
