@@ -13,6 +13,7 @@
 #include "app/initial/deposits.h"
 #include "app/initial/initial_conditions.h"
 #include "app/initial/lattice.h"
+#include "app/output/output.h"
 #include "integrator/window.h"
 
 enum { MOST_NODES = 1 << 21, MODEL_NODES = 100000, TEXT = 1024 };
@@ -270,7 +271,8 @@ static void show_dt(const struct kith_plan *plan, double until) {
   const struct kith_integrator *it = &plan->simulation->integrator;
   const struct kith_timestep_limit *limit = &it->timestep_limit;
   const double first = limit->dt / plan->resolution_ratio, release = kith_deposits_next(plan->scene, 0),
-               end = fmin(until, release);
+               end = fmin(fmin(until, release),
+                          kith_output_step_end(plan->scene, kith_output_next(plan->scene, 0), until));
   kith_text_line(
       "Courant", "%.3g (%s)", it->cfl,
       plan->simulation->scene->scheme.cfl > 0 ? "as the scene says" : "the default of this package");
@@ -278,9 +280,10 @@ static void show_dt(const struct kith_plan *plan, double until) {
     kith_text_line("base step",
                    "%.4g at first%s; the shortest step is that of node %lld, which allows %.4g (%s)",
                    fmin(first, end),
-                   first <= end  ? ""
-                   : end < until ? ", until energy is released"
-                                 : ", the whole run",
+                   first <= end     ? ""
+                   : end == until   ? ", the whole run"
+                   : end == release ? ", until energy is released"
+                                    : ", since output is due then (output.every)",
                    (long long)limit->node, plan->full_dt, kith_limit_name(limit->reason));
   else if (it->fixed_dt > 0)
     kith_text_line("first dt", "%.4g, as the scene says; the Courant number would allow %.4g (%s, node %lld)",

@@ -59,6 +59,8 @@ shown "Courant 0.3 (the default of this package)" "$@"
 shown "Courant 0.2 (as the scene says)" "$@" --set scheme.cfl=0.2
 shown "0.01 at first, until energy is released;" "$kith" plan "$inputs/sedov.yaml" --set dimension=1 \
   --set energy.time=0.01 --set scheme.steps=block
+shown "0.001 at first, since output is due then (output.every);" "$kith" plan "$inputs/sedov.yaml" \
+  --set dimension=1 --set output.every=0.001 --set scheme.steps=block
 set -- "$kith" plan "$inputs/sod.yaml" --set dimension=3 --set resolution=16
 shown "wendland-c2, 60.04 neighbors (the default of this package and kernel)" "$@"
 shown "wendland-c2, 55.24 neighbors (the default of this package and kernel)" "$@" --set method.package=mfm
