@@ -1,8 +1,8 @@
 /* test_block_steps.c - block time steps: conservation with any steps (round-off), one level against global
  * steps, energies and updates of a blast against those of global steps, failure without limits, other units
- * of time, a thin plate (with a window, too), bodies that meet, and settings that are refused. Lists of
- * active nodes are tested by test_connectivity.c, threads by test_lifecycle.c, ranks and restarts by
- * tests/mpi. */
+ * of time, a thin plate (with a window, too), bodies that meet, cold gas onto a wall, and settings that are
+ * refused. Lists of active nodes are tested by test_connectivity.c, threads by test_lifecycle.c, ranks and
+ * restarts by tests/mpi. */
 #include "integrator/block_lengths.h"
 #include "tests/unit/scenario.h"
 
@@ -259,6 +259,24 @@ static void bodies_meet(void) {
   }
 }
 
+/* Cold gas of gamma 1.05 onto a wall, with mfm: between nodes that meet head on reconstruction must leave a
+ * difference ((5a) of mfm.c), or the step collapses, with one step for all nodes or steps of their own. */
+static void head_on(void) {
+  static const char scene[] =
+      "dimension: 1\nscene: wall\nresolution: {1d: 100, 2d: 20, 3d: 12}\n"
+      "domain: {lower: [0, 0, 0], upper: [0.3, 1, 1], across: 8}\n"
+      "boundaries: {x: [reflecting, open], y: periodic, z: periodic}\nmaterials: {gas: {gamma: 1.05}}\n"
+      "method: {package: mfm}\n"
+      "regions:\n  - {material: gas, lattice: cubic, density: 1, pressure: 1e-6, velocity: [-1, 0, 0]}\n"
+      "until: 0.02\n";
+  for (int k = 0; k < 2; ++k) {
+    struct scenario s = {0};
+    if (scenario_open(&s, scene, "scheme.steps=%s", k == 0 ? "global" : "block") && scenario_run(&s, 100000))
+      check_conserved(&s, true);
+    scenario_close(&s);
+  }
+}
+
 static void refused(void) {
   static const char *const settings[] = {"connectivity.rebuild=displacement",
                                          "method.package=mfm method.faces=integrated"};
@@ -276,6 +294,7 @@ int main(void) {
   equal_costs_are_equal();
   heavy_nodes_are_noticed();
   bodies_meet();
+  head_on();
   refused();
   return check_failed();
 }

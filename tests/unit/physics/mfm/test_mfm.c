@@ -108,7 +108,7 @@ static double stiffness_of(const struct world *w, int i) {
   return material_value(&w->hydro.material[w->nodes->list->u8[i]], "stiffness");
 }
 
-/* Equations (1) to (3), (5) and (6), with the faces of the package. */
+/* Equations (1) to (3), (5) to (6), with the faces of the package. */
 static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
   const struct mfm_faces *f = faces_of(w);
   const double *v = w->hydro.velocity->f64, one[3] = {1, 1, 1};
@@ -134,6 +134,9 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
     const double approach = l.velocity - r.velocity, most = 0.2 * mean_c * fmin(1, mean_c / du);
     if (du > 0 && approach > most) /* (5) */
       l.velocity -= (approach - most) / 2, r.velocity += (approach - most) / 2;
+    const double least = (-du - 8 * mean_c) / 2;
+    if (least > 0 && approach < least) /* (5a) */
+      l.velocity += (least - approach) / 2, r.velocity -= (least - approach) / 2;
     const double left = l.velocity - r.velocity, limited = copysign(fmin(fabs(left), 0.1 * mean_c), left),
                  less = (1 - (m->kept[i] + m->kept[p->node]) / 2) * limited; /* (6) */
     l.velocity -= less / 2, r.velocity += less / 2;
