@@ -21,7 +21,9 @@ static kith_status open_temporary(struct kith_atomic_file *file) {
   unlink(file->temporary); /* of a run that was killed; a link would lead elsewhere */
   const int descriptor = open(file->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   file->stream = descriptor >= 0 ? fdopen(descriptor, "wb") : NULL;
-  if (file->stream == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(errno));
+  const int reason = errno;
+  if (file->stream == NULL && descriptor >= 0) close(descriptor), unlink(file->temporary); /* no memory */
+  if (file->stream == NULL) KITH_FAIL(BAD_FILE, "%s: cannot write: %s", path, strerror(reason));
   file->opened = true;
   return KITH_OK;
 }
