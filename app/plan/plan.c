@@ -386,11 +386,8 @@ static bool suggest_steps(const struct kith_plan *plan, bool late, char text[TEX
                     ? "scheme.steps=block: time steps of nodes differ; %.3g %% of the updates are needed"
                     : "scheme.steps=global: time steps of nodes are alike, %.3g %% of the updates are needed",
                 100 * needed);
-  kith_text_add(text, TEXT,
-                !known         ? " at the start"
-                : needed < 0.4 ? " (%.3g %% at the start)"
-                               : "",
-                100 * start);
+  if (!known) kith_text_add(text, TEXT, " at the start");
+  if (needed < 0.4 && known) kith_text_add(text, TEXT, " (%.3g %% at the start)", 100 * start);
   if (needed < 0.4)
     kith_text_add(text, TEXT,
                   "; errors grow by a few percent, and angular momentum is not conserved to round-off");
