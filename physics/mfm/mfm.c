@@ -34,7 +34,7 @@
  * would take more heat from both nodes than an expansion does: in gas that streams into a vacuum entropies
  * fell by orders of magnitude, and energies became negative. In flows below the speed of sound velocities
  * never get as far. Those of nodes that approach each other, -dv > 8 c, approach by no less than
- *     0.5 (-dv - 8 c)                                                                      (5a)
+ *     0.5 s (-dv - 8 c),  s of (6)                                                        (5a)
  * Where two rows of nodes meet head on, each has most of its slope from the other, so reconstruction would
  * leave no difference between them. Without a shock the gas between them is compressed like a spring: for
  * gamma below 1.2, where little pressure comes of it, until the time step collapses.
@@ -164,16 +164,15 @@ KITH_INLINE void flux(double closer, bool near, const double *face, const double
                                   J(MFM_SOUND),   J(MFM_GAMMA), J(MFM_INVERSE_GAMMA)};
   struct mfm_side l = reconstruct(node_i, above_i, i[MFM_INVERSE_DENSITY], slope_i, there),
                   r = reconstruct(node_j, above_j, J(MFM_INVERSE_DENSITY), slope_j, back);
-  const double sound = 0.5 * (node_i.sound + node_j.sound),
+  const double sound = 0.5 * (node_i.sound + node_j.sound), s = 0.5 * (i[MFM_SWITCH] + J(MFM_SWITCH)),
                most = du > sound ? 0.2 * sound * sound / du : 0.2 * sound,
                excess = du > 0 ? KITH_MAX(l.velocity - r.velocity - most, 0.0) : 0; /* (5) */
   l.velocity -= 0.5 * excess, r.velocity += 0.5 * excess;
-  const double least = 0.5 * (-du - 8 * sound),
+  const double least = 0.5 * s * (-du - 8 * sound),
                lack = least > 0 ? KITH_MAX(least - (l.velocity - r.velocity), 0.0) : 0; /* (5a) */
   l.velocity += 0.5 * lack, r.velocity -= 0.5 * lack;
   const double jump = l.velocity - r.velocity, slow = 0.1 * sound,
-               less = (1 - 0.5 * (i[MFM_SWITCH] + J(MFM_SWITCH))) *
-                      KITH_MAX(-slow, KITH_MIN(jump, slow)); /* (6) */
+               less = (1 - s) * KITH_MAX(-slow, KITH_MIN(jump, slow)); /* (6) */
   l.velocity -= 0.5 * less, r.velocity += 0.5 * less;
   struct mfm_star star = mfm_riemann(l, r);
   star.pressure = kith_tension(closer, star.pressure);

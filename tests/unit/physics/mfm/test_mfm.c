@@ -134,7 +134,7 @@ static void sum_faces(const struct world *w, struct mfm_truth *m, int i) {
     const double approach = l.velocity - r.velocity, most = 0.2 * mean_c * fmin(1, mean_c / du);
     if (du > 0 && approach > most) /* (5) */
       l.velocity -= (approach - most) / 2, r.velocity += (approach - most) / 2;
-    const double least = (-du - 8 * mean_c) / 2;
+    const double least = (m->kept[i] + m->kept[p->node]) / 4 * (-du - 8 * mean_c);
     if (least > 0 && approach < least) /* (5a) */
       l.velocity += (least - approach) / 2, r.velocity -= (least - approach) / 2;
     const double left = l.velocity - r.velocity, limited = copysign(fmin(fabs(left), 0.1 * mean_c), left),
