@@ -164,16 +164,14 @@ KITH_INLINE void flux(double closer, bool near, const double *face, const double
                                   J(MFM_SOUND),   J(MFM_GAMMA), J(MFM_INVERSE_GAMMA)};
   struct mfm_side l = reconstruct(node_i, above_i, i[MFM_INVERSE_DENSITY], slope_i, there),
                   r = reconstruct(node_j, above_j, J(MFM_INVERSE_DENSITY), slope_j, back);
-  const double sound = 0.5 * (node_i.sound + node_j.sound), s = 0.5 * (i[MFM_SWITCH] + J(MFM_SWITCH)),
-               most = du > sound ? 0.2 * sound * sound / du : 0.2 * sound,
-               excess = du > 0 ? KITH_MAX(l.velocity - r.velocity - most, 0.0) : 0; /* (5) */
-  l.velocity -= 0.5 * excess, r.velocity += 0.5 * excess;
-  const double least = 0.5 * s * (-du - 8 * sound),
-               lack = least > 0 ? KITH_MAX(least - (l.velocity - r.velocity), 0.0) : 0; /* (5a) */
-  l.velocity += 0.5 * lack, r.velocity -= 0.5 * lack;
-  const double jump = l.velocity - r.velocity, slow = 0.1 * sound,
-               less = (1 - s) * KITH_MAX(-slow, KITH_MIN(jump, slow)); /* (6) */
-  l.velocity -= 0.5 * less, r.velocity += 0.5 * less;
+  const double sound = 0.5 * (node_i.sound + node_j.sound), slow = 0.1 * sound,
+               s = 0.5 * (i[MFM_SWITCH] + J(MFM_SWITCH)), jump = l.velocity - r.velocity;
+  const double most = du > sound ? 0.2 * sound * sound / du : 0.2 * sound; /* (5) */
+  const double least = 0.5 * s * (-du - 8 * sound);                        /* (5a) */
+  const double limited = du > 0 ? KITH_MIN(jump, most) : least > 0 ? KITH_MAX(jump, least) : jump;
+  const double less = (1 - s) * KITH_MAX(-slow, KITH_MIN(limited, slow)); /* (6) */
+  const double change = 0.5 * (limited - less - jump);
+  l.velocity += change, r.velocity -= change;
   struct mfm_star star = mfm_riemann(l, r);
   star.pressure = kith_tension(closer, star.pressure);
   for (int a = 0; a < NDIM; ++a) OUT(KITH_FORCE + a) = -star.pressure * face[a];
