@@ -12,7 +12,7 @@
 
 #include "lib/comm/ranks.h"
 
-enum { KITH_LEVELS = 21 };
+enum { KITH_LEVELS = 21 }; /* the shortest step is the base step over 2^20, one of its KITH_TICKS */
 
 /* Sums over the base steps of this process. On all ranks but for `updates` and `held`, which are of this
  * rank's nodes. Only doubles; zeros without block time steps. */

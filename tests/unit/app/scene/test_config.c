@@ -182,9 +182,12 @@ static void files(void) {
   for (int i = 0; i < (1 << 20) + 1; ++i) fputc(i % 64 == 63 ? '\n' : '#', file);
   fclose(file);
   file_refused(path, "larger than 1 MiB, too large for a scene");
-  write_text(path,
-             "\x7f"
-             "ELF\x02\x01\x01");
+  file = fopen(path, "wb");
+  fwrite(
+      "\x7f"
+      "ELF\x02\x01\x01\0\0\0",
+      1, 10, file);
+  fclose(file);
   CHECK_STATUS(KITH_BAD_INPUT, kith_config_read(&config, path));
   CHECK(check_says(":1: not YAML: control characters are not allowed"));
   write_text(path, "a: 1\n");
